@@ -1,0 +1,169 @@
+"""From a spec and its records to a problem: which numbers are uncertain, and by how much."""
+
+from collections.abc import Iterator
+
+from rigid.effects import CATALOGUE, AbstractEffect
+from rigid.effects.base import PriorDescription
+from rigid.errors import InputError
+from rigid.groups import Grouping, flow_label
+from rigid.likelihood import SensorSheet, make_pieces
+from rigid.parameters import Parameter, Parameters, collect, require_known
+from rigid.priors import AbstractLaw, make_law
+from rigid.problem import Problem
+from rigid.records.record import Record
+from rigid.spec import Spec
+from rigid.tracks import Track, make_track
+
+RIG_SYMBOLS = {
+    "M_HC": (r"M_\mathrm{HC}", "kg"),
+    "M_Pl": (r"M_\mathrm{Pl}", "kg"),
+    "M_Fl": (r"M_\mathrm{Fl}", "kg"),
+    "S_Pl": (r"S_\mathrm{Pl}", "m^2"),
+    "L_0": (r"L_0", "m"),
+    "k_frame": (r"k_\mathrm{frame}", "N/m"),
+    "k_oil": (r"k_\mathrm{oil}", "Pa"),
+    "p_max": (r"p_\mathrm{max}", "Pa"),
+}
+
+UNITS = {"load": "N", "stroke": "m", "pressure": "Pa", "acceleration": "m/s^2"}
+
+KAPPA_PRIOR = PriorDescription("lognormal", {"median": 0.2, "factor": 3.0})
+"""Around the values the paper uses, 0.2 and 0.12 (before eq. 23)."""
+
+TANK_PRIOR = PriorDescription("lognormal", {"median": -0.2, "factor": 3.0})
+
+NOISE_FACTOR = 1.5
+"""The sheet gives the noise of one sample as 'about' so much."""
+
+
+def assemble(spec: Spec, records: tuple[Record, ...]) -> Problem:
+    """Make the problem that a spec states for records that have been read.
+
+    Raises InputError for effects, priors or parameters to vary that nothing answers to.
+    """
+    effects = chosen_effects(spec)
+    tracks = tuple(make_track(r) for r in records)
+    if not tracks:
+        raise InputError(f"{spec.path}: no record is fitted; a fit needs at least one")
+    parameters = list_parameters(spec, effects, tracks)
+    groups = Grouping(effects, dict(spec.model.vary))(tracks)
+    return Problem(effects, parameters, groups, make_pieces(groups, sheets(spec)))
+
+
+def chosen_effects(spec: Spec) -> tuple[type[AbstractEffect], ...]:
+    """Look the spec's effects up in the catalogue."""
+    require_known(spec.model.effects, CATALOGUE, f"{spec.path} [model] effects")
+    return tuple(CATALOGUE[name] for name in spec.model.effects)
+
+
+def sheets(spec: Spec) -> dict[str, SensorSheet]:
+    """Sensor sheets by quantity."""
+    out = {}
+    for quantity in UNITS:
+        sheet = spec.sensors[quantity]
+        out[quantity] = SensorSheet(sheet.step, sheet.noise, sheet.gain_sd, sheet.zero_sd)
+    return out
+
+
+def list_parameters(
+    spec: Spec, effects: tuple[type[AbstractEffect], ...], tracks: tuple[Track, ...]
+) -> Parameters:
+    """List every number of the model with its prior; the spec's word goes before the effect's."""
+    physical = list(_physical(spec, effects, tracks))
+    local = [p for t in tracks for p in _local(spec, t)]
+    noise = list(_noise(spec, tracks))
+    listed = physical + local + noise
+    names = {p.label for p in listed} | {p.base for p in listed}
+    require_known(spec.priors, names, f"{spec.path} [priors]")
+    require_known(spec.model.vary, {p.base for p in physical}, f"{spec.path} [model] vary")
+    return collect(listed)
+
+
+def _law(spec: Spec, label: str, default: AbstractLaw) -> AbstractLaw:
+    """Return the spec's prior for a label or its base name, or the default."""
+    for name in (label, label.split("[")[0]):
+        if name in spec.priors:
+            law = spec.priors[name]
+            return make_law(law.law, law.arguments, f"{spec.path} [priors] {name}")
+    return default
+
+
+def _described(prior: PriorDescription) -> AbstractLaw:
+    return make_law(prior.law, prior.arguments, "built-in prior")
+
+
+def _physical(
+    spec: Spec, effects: tuple[type[AbstractEffect], ...], tracks: tuple[Track, ...]
+) -> Iterator[Parameter]:
+    """Constants of the rig, then parameters of the effects, spread over what they vary by."""
+    known = dict(spec.rig.known)
+    for name, constant in known.items():
+        symbol, unit = RIG_SYMBOLS[name]
+        default = make_law(
+            "normal", {"mean": constant.value, "sd": constant.sd}, f"{spec.path} [rig] {name}"
+        )
+        yield from _spread(spec, Parameter(name, symbol, unit, default), tracks)
+    for effect in effects:
+        for info in effect.parameters():
+            for label, prior in zip(info.labels, info.priors, strict=True):
+                if label not in known:
+                    one = Parameter(label, info.symbol, info.unit, _described(prior))
+                    yield from _spread(spec, one, tracks)
+
+
+def _spread(spec: Spec, one: Parameter, tracks: tuple[Track, ...]) -> Iterator[Parameter]:
+    """Yield the parameter once, or once for each kind, cylinder or record it varies by."""
+    by = spec.model.vary.get(one.label)
+    if by is None:
+        yield Parameter(one.label, one.symbol, one.unit, _law(spec, one.label, one.law))
+        return
+    place = ("kind", "cylinder", "record").index(by)
+    for scope in dict.fromkeys(t.scope[place] for t in tracks):
+        label = f"{one.label}[{scope}]"
+        yield Parameter(label, one.symbol, one.unit, _law(spec, label, one.law))
+
+
+def _local(spec: Spec, track: Track) -> Iterator[Parameter]:
+    """Numbers that belong to one record: flow fractions, preload, instant of release."""
+    for level in track.open_levels:
+        label = flow_label(track, level)
+        prior = _described(KAPPA_PRIOR if level == 1 else TANK_PRIOR)
+        yield Parameter(label, r"\kappa", "1", _law(spec, label, prior))
+    if track.onset is None:
+        return
+    record = next(
+        r for r in spec.records if (r.name, r.cylinder) == (track.name, track.cylinder)
+    )
+    preload = {"mean": record.preload.value, "sd": record.preload.sd}
+    label = f"preload[{track.label}]"
+    law = _law(spec, label, make_law("normal", preload, label))
+    yield Parameter(label, r"F_0", "N", law)
+    label = f"release_time[{track.label}]"
+    yield Parameter(label, r"t_0", "s", _law(spec, label, _release_law(record.release_time, track)))
+
+
+def _release_law(given, track: Track) -> AbstractLaw:
+    """Instant of release: exact where given so, else between the samples around the onset."""
+    high = float(track.times[track.onset])
+    low = high - track.interval
+    if given is None:
+        return make_law("uniform", {"low": low, "high": high}, "release_time")
+    if given.sd == 0.0:
+        return make_law("fixed", {"value": given.value}, "release_time")
+    return make_law(
+        "truncated_normal",
+        {"mean": given.value, "sd": given.sd, "low": low, "high": high},
+        "release_time",
+    )
+
+
+def _noise(spec: Spec, tracks: tuple[Track, ...]) -> Iterator[Parameter]:
+    """Noise level of every sensor that read anything."""
+    seen = dict.fromkeys(
+        (q, t.cylinder) for q in UNITS for t in tracks if t.weight.get(q) is not None
+    )
+    for quantity, cylinder in seen:
+        label = f"noise[{quantity},{cylinder}]"
+        prior = {"median": spec.sensors[quantity].noise, "factor": NOISE_FACTOR}
+        law = _law(spec, label, make_law("lognormal", prior, label))
+        yield Parameter(label, r"\sigma", UNITS[quantity], law)

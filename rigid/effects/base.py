@@ -1,0 +1,162 @@
+"""What every effect has in common: its parameters, what it sees and what it may do."""
+
+import dataclasses
+from abc import abstractmethod
+from collections.abc import Mapping
+from typing import Any, ClassVar, NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+from jax import Array
+from jax.typing import ArrayLike
+
+EQUATIONS = (
+    "plunger-momentum",
+    "cylinder-momentum",
+    "oil-balance",
+    "pump",
+    "load-cell",
+    "root",
+    "contact",
+    "sensor",
+)
+
+
+@dataclasses.dataclass(frozen=True)
+class PriorDescription:
+    """A prior in words and numbers: the name of its law and the law's arguments."""
+
+    law: str
+    arguments: Mapping[str, float]
+
+
+def lognormal(median: float, factor: float) -> PriorDescription:
+    """Describe a lognormal prior: one sd is a factor up or down from the median."""
+    return PriorDescription("lognormal", {"median": median, "factor": factor})
+
+
+def fixed(value: float) -> PriorDescription:
+    """Describe a constant that is taken as known."""
+    return PriorDescription("fixed", {"value": value})
+
+
+@dataclasses.dataclass(frozen=True)
+class ParameterInfo:
+    """All there is to know of one parameter of an effect.
+
+    - `name`: its name in specs and results; an element of a vector reads `name[i]`.
+    - `symbol`: TeX, as the paper writes it where it does.
+    - `unit`: SI.
+    - `absent`: the value at which the effect is not there; None where there is no such value.
+    - `priors`: one a priori law for each element.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    absent: float | None
+    priors: tuple[PriorDescription, ...]
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Flat names, one for each element."""
+        if len(self.priors) == 1:
+            return (self.name,)
+        return tuple(f"{self.name}[{i + 1}]" for i in range(len(self.priors)))
+
+
+def parameter(
+    name: str, symbol: str, unit: str, *priors: PriorDescription, absent: float | None = None
+) -> Any:
+    """Declare a field of an effect as a parameter; several priors make it a vector."""
+    info = ParameterInfo(name, symbol, unit, absent, priors)
+    return eqx.field(metadata={"parameter": info}, converter=jnp.asarray)
+
+
+class State(NamedTuple):
+    """Where the rig is; every entry broadcasts over tracks and walkers.
+
+    - `x_cylinder`, `v_cylinder` [m, m/s]: of the cylinder, 0 where the load-cell end is unloaded.
+    - `x_plunger`, `v_plunger` [m, m/s]: of plunger and indentation plate.
+    - `pressure` [Pa]: oil above atmosphere.
+    - `column` [m]: length of the oil column, that at zero stroke plus the stroke.
+    """
+
+    x_cylinder: ArrayLike
+    v_cylinder: ArrayLike
+    x_plunger: ArrayLike
+    v_plunger: ArrayLike
+    pressure: ArrayLike
+    column: ArrayLike
+
+    @property
+    def stroke(self) -> ArrayLike:
+        """Plunger relative to cylinder [m], eq. (6)."""
+        return self.x_plunger - self.x_cylinder
+
+    @property
+    def slip(self) -> ArrayLike:
+        """Speed of the plunger relative to the cylinder [m/s], v_SS."""
+        return self.v_plunger - self.v_cylinder
+
+
+class Action(NamedTuple):
+    """What an effect does; what it leaves out it does not touch.
+
+    - `between` [N]: pushes the plunger toward the ice and the cylinder back, equal and opposite.
+    - `load_cell` [N]: pushes the cylinder toward the ice and is what the load cell reads.
+    - `on_plunger` [N]: from outside on plunger and plate.
+    - `inflow` [m^3/s]: oil into the chamber at a fully open valve; the valve passes a fraction.
+    - `leakage` [m^3/s]: oil out of the chamber, whatever the valve.
+    - `compliance` [1/Pa]: share of the relative compression of the oil per pressure.
+    - `rates`: time derivatives of the effect's own states.
+    """
+
+    between: ArrayLike = 0.0
+    load_cell: ArrayLike = 0.0
+    on_plunger: ArrayLike = 0.0
+    inflow: ArrayLike = 0.0
+    leakage: ArrayLike = 0.0
+    compliance: ArrayLike = 0.0
+    rates: tuple[ArrayLike, ...] = ()
+
+
+class AbstractEffect(eqx.Module):
+    """One physical cause that acts on the rig.
+
+    Class variables: `name` (in specs), `equation` (one of EQUATIONS), `source`, `scales`: for
+    each state of its own a typical value, in which solvers measure errors.
+    """
+
+    name: eqx.AbstractClassVar[str]
+    equation: eqx.AbstractClassVar[str]
+    source: eqx.AbstractClassVar[str]
+    scales: ClassVar[tuple[float, ...]] = ()
+
+    @abstractmethod
+    def __call__(self, state: State, own: tuple[ArrayLike, ...]) -> Action:
+        """Return what the effect does in `state`, its own states being `own`."""
+
+    def friction(self, omega: Array) -> Array:
+        """Complex friction coefficient mu(omega) that the effect adds [N s/m]; 0 unless told."""
+        return jnp.zeros_like(omega, dtype=complex)
+
+    @classmethod
+    def parameters(cls) -> tuple[ParameterInfo, ...]:
+        """Return the effect's parameters in order of declaration."""
+        return tuple(
+            f.metadata["parameter"] for f in dataclasses.fields(cls) if "parameter" in f.metadata
+        )
+
+    @classmethod
+    def build(cls, values: Mapping[str, ArrayLike]) -> "AbstractEffect":
+        """Make the effect from flat values, `{"mu": ..., "mu_branch[1]": ...}` in SI.
+
+        Elements of a vector are stacked on a first axis; later axes broadcast over walkers.
+        """
+        fields = {}
+        for field in dataclasses.fields(cls):
+            labels = field.metadata["parameter"].labels
+            given = [jnp.asarray(values[label]) for label in labels]
+            fields[field.name] = given[0] if len(given) == 1 else jnp.stack(given)
+        return cls(**fields)

@@ -1,0 +1,22 @@
+"""The elastic end of the cylinder: load cell, stroke sensor and hinge."""
+
+from typing import ClassVar
+
+from jax import Array
+from jax.typing import ArrayLike
+
+from rigid.effects.base import AbstractEffect, Action, State, lognormal, parameter
+
+
+class LoadCellSpring(AbstractEffect):
+    """Spring between the fixed root and the cylinder: F_LC = -k_LC x_HC."""
+
+    stiffness: Array = parameter("k_LC", r"k_\mathrm{LC}", "N/m", lognormal(6e7, 2.0))
+
+    name: ClassVar[str] = "load-cell-spring"
+    equation: ClassVar[str] = "load-cell"
+    source: ClassVar[str] = "paper, eq. (8)"
+
+    def __call__(self, state: State, own: tuple[ArrayLike, ...]) -> Action:
+        """Return the spring force, which is what the load cell reads."""
+        return Action(load_cell=-self.stiffness * state.x_cylinder)

@@ -1,0 +1,29 @@
+"""What the pump delivers at a given pressure."""
+
+from typing import ClassVar
+
+import jax.numpy as jnp
+from jax import Array
+from jax.typing import ArrayLike
+
+from rigid.effects.base import AbstractEffect, Action, State, fixed, parameter
+
+LITRE_PER_MINUTE = 1e-3 / 60.0  # m^3/s
+MEAN_FLOW = 6.645 * LITRE_PER_MINUTE  # eq. (22)
+HALF_DROP = 4.965 * LITRE_PER_MINUTE  # eq. (22)
+STEEPNESS = 0.05e-5  # 1/Pa; eq. (22) has 0.05 per bar
+
+
+class PumpCurve(AbstractEffect):
+    """Flow of the two-stage pump, fast below p_max and slow above."""
+
+    switch_pressure: Array = parameter("p_max", r"p_\mathrm{max}", "Pa", fixed(700e5))
+
+    name: ClassVar[str] = "pump-curve"
+    equation: ClassVar[str] = "pump"
+    source: ClassVar[str] = "paper, eq. (22) as printed, pressures in bar there"
+
+    def __call__(self, state: State, own: tuple[ArrayLike, ...]) -> Action:
+        """Return the flow of the pump with the valve fully open."""
+        above = STEEPNESS * (state.pressure - self.switch_pressure)
+        return Action(inflow=MEAN_FLOW - HALF_DROP * jnp.tanh(above))

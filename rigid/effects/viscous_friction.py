@@ -1,0 +1,27 @@
+"""Friction proportional to the sliding speed."""
+
+from typing import ClassVar
+
+import jax.numpy as jnp
+from jax import Array
+from jax.typing import ArrayLike
+
+from rigid.effects.base import AbstractEffect, Action, State, lognormal, parameter
+
+
+class ViscousFriction(AbstractEffect):
+    """Friction F_f = -mu v_SS on the plunger; beside branches with memory, mu is the rest."""
+
+    coefficient: Array = parameter("mu", r"\mu", "N s/m", lognormal(1e5, 10.0), absent=0.0)
+
+    name: ClassVar[str] = "viscous-friction"
+    equation: ClassVar[str] = "plunger-momentum"
+    source: ClassVar[str] = "paper, eq. (8)"
+
+    def __call__(self, state: State, own: tuple[ArrayLike, ...]) -> Action:
+        """Return the force against the sliding."""
+        return Action(between=-self.coefficient * state.slip)
+
+    def friction(self, omega: Array) -> Array:
+        """Return the same coefficient at every frequency."""
+        return self.coefficient + jnp.zeros_like(omega, dtype=complex)

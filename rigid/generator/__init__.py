@@ -1,0 +1,12 @@
+"""Simulated calibration campaigns, made by other code than the model that is fitted to them.
+
+Nothing here imports the rest of `rigid` and nothing of it imports this: another formulation of
+the friction, another integrator, the equations written down a second time. What agrees between
+the two is then not a shared mistake.
+"""
+
+from rigid.generator.campaign import campaign
+from rigid.generator.draw import Truth, draw
+from rigid.generator.plant import Action, Motion, Piece
+
+__all__ = ["Action", "Motion", "Piece", "Truth", "campaign", "draw"]

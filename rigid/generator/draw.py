@@ -1,0 +1,130 @@
+"""The population that campaigns are drawn from, and the truth of one campaign."""
+
+import zlib
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from rigid.generator.constants import BAR, COUNT, PSI
+from rigid.generator.friction import Friction
+from rigid.generator.plant import Rig
+from rigid.generator.schedule import Run, schedule
+from rigid.generator.sensors import Sensor
+
+# Normal laws: (nominal, relative standard deviation). Sources: eq. (1) and (15) for the values,
+# the contract's table of uncertainties for the spreads.
+NORMAL = {
+    "k_oil": (2e9, 0.05),
+    "L_0": (0.20, 0.02),
+    "M_HC": (60.0, 0.03),
+    "M_Pl": (10.0, 0.03),
+    "M_Fl": (200.0, 0.03),
+    "k_frame": (2 * 200e9 * (0.13 + 2 * 0.06) * 0.006 / 2.1, 0.03),
+}
+# Lognormal laws: (median, factor); two thirds of the draws lie within the factor. The medians make
+# |mu| about 1e6 N s/m in free running, eq. (18), and 1e5 at 80 Hz.
+LOGNORMAL = {
+    "k_LC": (6e7, 1.15),
+    "mu_inf": (8e4, 1.25),
+    "mu_1": (9e5, 1.25),
+    "tau_1": (0.2, 1.3),
+    "mu_2": (1.2e5, 1.3),
+    "tau_2": (8e-3, 1.3),
+}
+# Sensors: (sd of the gain, sd of the zero, median of the noise, step of the converter).
+SENSORS = {
+    "load": (1e-3, 100.0, 295.0 / 2, 295.0),
+    "stroke": (1e-3, 0.12e-3, 0.22e-3 / 4, 0.22e-3),
+    "pressure": (1e-3, 0.25 * BAR, 5 * PSI / 3, 5 * PSI),
+    "acceleration": (1e-2, 0.05, 0.35, COUNT),
+}
+NOISE_FACTOR = 1.15
+FREQUENCIES = (0.0, 0.1, 1.0, 3.0, 10.0, 30.0, 80.0, 100.0, 300.0)  # Hz, of the truth's mu(omega)
+
+
+@dataclass(frozen=True)
+class Truth:
+    """Everything that a fit does not know of a campaign.
+
+    - sensors: by "channel[cylinder]"; the accelerometer is plain "acceleration"
+    - noise_correlation: AR(1) coefficient of the slow channels' noise
+    - hidden: names of the pieces hidden in the data
+    """
+
+    seed: int
+    rig: Rig
+    friction: Friction
+    sensors: dict[str, Sensor]
+    runs: tuple[Run, ...]
+    noise_correlation: float = 0.0
+    hidden: tuple[str, ...] = ()
+
+    def parameters(self) -> dict[str, float]:
+        """Flat table in the names of the fit, e.g. `kappa[free-run-2,A]`."""
+        table = {**asdict(self.rig), **asdict(self.friction)}
+        for run in self.runs:
+            per_cylinder = {"kappa": run.kappa, "kappa_tank": run.kappa_tank}
+            per_record = {"preload": run.preload, "release_time": run.release_time}
+            table |= {f"{key}[{run.name},{run.cylinder}]": v for key, v in per_cylinder.items()}
+            table |= {f"{key}[{run.name}]": v for key, v in per_record.items()}
+        return {key: value for key, value in table.items() if value is not None}
+
+    def as_dict(self) -> dict:
+        """All of it for a JSON file."""
+        mu = [self.friction.coefficient(frequency) for frequency in FREQUENCIES]
+        omega = 2 * np.pi * np.array(FREQUENCIES)
+        return {
+            "simulated": True,
+            "seed": self.seed,
+            "noise_correlation": self.noise_correlation,
+            "hidden": list(self.hidden),
+            "parameters": self.parameters(),
+            "frequency": list(FREQUENCIES),
+            "mu_omega": np.real(mu).tolist(),
+            "k_omega": (0.0 - omega * np.imag(mu)).tolist(),
+            "sensors": {name: asdict(sensor) for name, sensor in self.sensors.items()},
+            "runs": [asdict(run) for run in self.runs],
+        }
+
+
+def stream(seed: int, *name: str) -> np.random.Generator:
+    """Give random numbers of their own for every purpose: more records never shift the others'."""
+    key = tuple(zlib.crc32(part.encode()) for part in name)
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
+
+
+def _lognormal(rng: np.random.Generator, median: float, factor: float) -> float:
+    return float(median * np.exp(np.log(factor) * rng.standard_normal()))
+
+
+def _sensor(rng: np.random.Generator, channel: str) -> Sensor:
+    gain, zero, noise, step = SENSORS[channel]
+    return Sensor(
+        gain=1.0 + gain * float(rng.standard_normal()),
+        zero=zero * float(rng.standard_normal()),
+        noise=_lognormal(rng, noise, NOISE_FACTOR),
+        step=step,
+    )
+
+
+def draw(seed: int, *, field: bool = True, noise_correlation: float = 0.0) -> Truth:
+    """Draw a campaign from the population.
+
+    - seed: of everything, the noise included
+    - field: whether the field record is part of it
+    - noise_correlation: AR(1) coefficient, in [0, 1)
+    """
+    rng = stream(seed, "rig")
+    values = {k: v * (1 + sd * float(rng.standard_normal())) for k, (v, sd) in NORMAL.items()}
+    values |= {k: _lognormal(rng, *law) for k, law in LOGNORMAL.items()}
+    rig = Rig(**{name: values.pop(name) for name in Rig.__dataclass_fields__})
+    names = [(c, f"{c}[{cyl}]") for cyl in "AB" for c in ("load", "stroke", "pressure")]
+    names.append(("acceleration", "acceleration"))
+    return Truth(
+        seed=seed,
+        rig=rig,
+        friction=Friction(**values),
+        sensors={name: _sensor(stream(seed, "sensor", name), channel) for channel, name in names},
+        runs=schedule(rig, lambda name: stream(seed, "schedule", name), field=field),
+        noise_correlation=noise_correlation,
+    )

@@ -1,0 +1,74 @@
+"""Pieces of the base plant beside friction: pump and valve, frame, ice."""
+
+from bisect import bisect_right
+from dataclasses import dataclass
+from math import tanh
+
+import numpy as np
+
+from rigid.generator.constants import BAR, LITRE_PER_MINUTE, P_MAX
+from rigid.generator.plant import Action, Motion, Piece
+
+
+def pump_flow(p: float) -> float:
+    """Flow of the pump [m^3/s] at pressure p [Pa], eq. (22) with pressures in bar."""
+    litres = 6.645 - 4.965 * tanh(0.05 * (p - P_MAX) / BAR)
+    return litres * LITRE_PER_MINUTE
+
+
+@dataclass(frozen=True)
+class Pump(Piece):
+    """Pump behind the valve: the fraction `fractions[i]` of its flow goes in until `untils[i]`.
+
+    A positive fraction is pumping, zero a shut valve, a negative one the way to the tank. The
+    last fraction holds to the end of the record, whatever its `until`.
+    """
+
+    untils: tuple[float, ...]
+    fractions: tuple[float, ...]
+
+    def breaks(self) -> tuple[float, ...]:
+        """The valve's switches."""
+        return self.untils[:-1]
+
+    def during(self, start: float, end: float) -> "Pump":
+        """Hold the fraction that the valve has midway."""
+        index = bisect_right(self.untils[:-1], (start + end) / 2)
+        return Pump((end,), (self.fractions[index],))
+
+    def act(self, t: float, motion: Motion, own: list[float]) -> Action:  # noqa: ARG002
+        """Flow into the chamber."""
+        return Action(flow=self.fractions[0] * pump_flow(motion.p))
+
+
+@dataclass(frozen=True)
+class Frame(Piece):
+    """The steel frame around the rig, a spring [N/m] that the plunger pushes on, eq. (15)."""
+
+    stiffness: float
+
+    def act(self, t: float, motion: Motion, own: list[float]) -> Action:  # noqa: ARG002
+        """Push back on the plunger."""
+        return Action(on_plunger=-self.stiffness * motion.x_pl)
+
+
+@dataclass(frozen=True)
+class Ice(Piece):
+    """A compressive ice load [N] given beforehand, linear between its knots [s]."""
+
+    times: tuple[float, ...]
+    loads: tuple[float, ...]
+
+    def breaks(self) -> tuple[float, ...]:
+        """The knots."""
+        return self.times
+
+    def during(self, start: float, end: float) -> "Ice":
+        """Keep the straight line through the two ends."""
+        first, last = np.interp((start, end), self.times, self.loads).tolist()
+        return Ice((start, end), (first, last))
+
+    def act(self, t: float, motion: Motion, own: list[float]) -> Action:  # noqa: ARG002
+        """Push back on the plunger."""
+        (start, end), (first, last) = self.times, self.loads
+        return Action(on_plunger=-(first + (last - first) * (t - start) / (end - start)))

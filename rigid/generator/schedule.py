@@ -1,0 +1,169 @@
+"""The records of a campaign: who runs when with the valve where, and under what outer load."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rigid.generator.constants import AREA
+from rigid.generator.pieces import Frame, Ice, Pump, pump_flow
+from rigid.generator.plant import Piece, Rig
+
+PRELOAD = 6000.0  # N, the load in the top cylinder at which the hook was released
+FREE_RUN_FRACTIONS = (0.25, 0.12, 0.06)  # three clearly different settings of the hose's valve
+FIELD_FRACTIONS = {"A": 0.2, "B": 0.12}  # the paper's simulations of the field test
+
+
+@dataclass(frozen=True)
+class Switch:
+    """The valve is at `position` (open, shut, tank) until a time [s] after the first row."""
+
+    until: float
+    position: str
+
+
+@dataclass(frozen=True)
+class Run:
+    """One cylinder in one record, as it was.
+
+    - valve: the programme; the last entry's `until` is the end of the record
+    - kappa, kappa_tank: flow fractions with the valve open (> 0) and to the tank (< 0)
+    - preload: the true load before a release [N]; release_time [s] after the first row
+    - ice: knots of the ice load, times [s] and loads [N]
+    """
+
+    name: str
+    kind: str
+    cylinder: str
+    duration: float
+    valve: tuple[Switch, ...]
+    kappa: float | None = None
+    kappa_tank: float | None = None
+    preload: float | None = None
+    release_time: float | None = None
+    ice: tuple[tuple[float, ...], tuple[float, ...]] | None = field(default=None, repr=False)
+
+    def pieces(self, rig: Rig) -> tuple[Piece, ...]:
+        """Pump and outer load of this run."""
+        fractions = {"open": self.kappa, "shut": 0.0, "tank": self.kappa_tank}
+        untils = tuple(switch.until for switch in self.valve)
+        pump = Pump(untils, tuple(fractions[switch.position] for switch in self.valve))
+        outer = (Frame(rig.k_frame),) if self.kind == "frame" else ()
+        ice = (Ice(*self.ice),) if self.ice else ()
+        return (pump, *outer, *ice)
+
+
+def frame_run(name: str, cylinder: str, rig: Rig, rng: np.random.Generator) -> Run:
+    """Pump up against the frame, hold, let most of it off to the tank, hold.
+
+    The flow fractions follow from the load the operator stops at, by the static balance of the
+    oil: the stroke against load cell and frame, and the oil's own compression.
+    """
+    load, left = rng.uniform(205e3, 255e3), rng.uniform(0.12, 0.28)
+    opened, shut, tank = _seconds(rng.uniform((2.5, 6.8, 8.8), (2.7, 7.2, 9.2)))
+    duration = _seconds(tank + rng.uniform(0.6, 1.2))
+    stroke = load * (1 / rig.k_LC + 1 / rig.k_frame)
+    volume = AREA * stroke + load * (rig.L_0 + stroke) / rig.k_oil
+    return Run(
+        name,
+        "frame",
+        cylinder,
+        duration,
+        valve=(
+            Switch(opened, "open"),
+            Switch(shut, "shut"),
+            Switch(tank, "tank"),
+            Switch(duration, "shut"),
+        ),
+        kappa=float(volume / (opened * pump_flow(0.0))),
+        kappa_tank=float(-(1 - left) * volume / ((tank - shut) * pump_flow(0.0))),
+    )
+
+
+def free_runs(name: str, fraction: float, rng: np.random.Generator) -> list[Run]:
+    """Both cylinders run out free of load at one setting, then the valve is shut for 2 s."""
+    duration = _seconds(rng.uniform(10.0, 13.0))
+    valve = (Switch(_seconds(duration - 2.0), "open"), Switch(duration, "shut"))
+    kappas = fraction * np.exp(np.log(1.12) * rng.standard_normal(2))
+    return [
+        Run(name, "free-run", cylinder, duration, valve, kappa=float(kappa))
+        for cylinder, kappa in zip("AB", kappas, strict=True)
+    ]
+
+
+def release_run(name: str, rng: np.random.Generator) -> Run:
+    """The hook lets go at some time between two samples."""
+    return Run(
+        name,
+        "release",
+        "A",
+        duration=0.25,
+        valve=(Switch(0.25, "shut"),),
+        preload=float(PRELOAD * (1 + 0.01 * rng.standard_normal())),
+        release_time=float(rng.uniform(0.020, 0.040)),
+    )
+
+
+def field_runs(name: str, rng: np.random.Generator) -> list[Run]:
+    """A beam of ice pressed until it fails; B's valve is shut for a while, as in Fig. 11."""
+    duration = 25.0
+    event = _seconds(rng.uniform(7.0, 9.0))
+    again = _seconds(event + rng.uniform(1.5, 2.5))
+    end = Switch(duration, "open")
+    valves = {"A": (end,), "B": (Switch(event, "open"), Switch(again, "shut"), end)}
+    kappas = np.exp(np.log(1.05) * rng.standard_normal(2))
+    ice = dict(zip("AB", _ice_loads(rng), strict=True))
+    return [
+        Run(
+            name,
+            "field",
+            cylinder,
+            duration,
+            valves[cylinder],
+            kappa=float(FIELD_FRACTIONS[cylinder] * factor),
+            ice=ice[cylinder],
+        )
+        for cylinder, factor in zip("AB", kappas, strict=True)
+    ]
+
+
+def _ice_loads(rng: np.random.Generator) -> list[tuple[tuple[float, ...], tuple[float, ...]]]:
+    """Knots of the load on A and B: rises, brittle drops at common times, the failure."""
+    drops = int(rng.integers(3, 6))
+    instants = np.linspace(2.0, 22.0, drops + 2)  # contact, the drops, the failure
+    instants[1:-1] += rng.uniform(-1.0, 1.0, drops)
+    instants[-1] += rng.uniform(-0.5, 0.5)
+    final = rng.uniform(65e3, 80e3)
+    knots = []
+    for peak in (final, rng.uniform(0.75, 0.95) * final):
+        heights = peak * np.linspace(0.35, 1.0, drops + 1) * rng.uniform(0.92, 1.0, drops + 1)
+        kept = np.append(rng.uniform(0.5, 0.8, drops), 0.0)
+        lasting = rng.uniform(0.03, 0.08, drops + 1)
+        times, loads = [0.0, instants[0]], [0.0, 0.0]
+        for instant, height, part, span in zip(instants[1:], heights, kept, lasting, strict=True):
+            times += [instant, instant + span]
+            loads += [height, height * part]
+        milliseconds = tuple(round(float(t), 3) for t in times)
+        knots.append((milliseconds, tuple(float(load) for load in loads)))
+    return knots
+
+
+def _seconds(values: np.ndarray | float) -> np.ndarray | float:
+    """Round to the slow recorder's interval, so that a spec states a switch without error."""
+    return np.round(values, 2).tolist()
+
+
+def schedule(rig: Rig, streams, *, field: bool) -> tuple[Run, ...]:
+    """All runs of a campaign in the order in which they were recorded.
+
+    - streams: gives a random generator for a record's name
+    """
+    runs = [
+        frame_run(name, cylinder, rig, streams(name))
+        for name, cylinder in (("frame-1", "A"), ("frame-2", "B"), ("frame-3", "A"))
+    ]
+    for number, fraction in enumerate(FREE_RUN_FRACTIONS, start=1):
+        runs += free_runs(f"free-run-{number}", fraction, streams(f"free-run-{number}"))
+    runs += [release_run(name, streams(name)) for name in ("release-1", "release-2")]
+    if field:
+        runs += field_runs("field-1", streams("field-1"))
+    return tuple(runs)

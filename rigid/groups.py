@@ -1,0 +1,126 @@
+"""Records of one kind simulated together, in one compiled program for all walkers."""
+
+import dataclasses
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from rigid.effects import AbstractEffect
+from rigid.parameters import scoped
+from rigid.rig import build_rig
+from rigid.solve.drive import plan
+from rigid.solve.exponential import march
+from rigid.solve.release import ring
+from rigid.tracks import Track
+
+
+@dataclasses.dataclass(frozen=True)
+class AbstractGroup(ABC):
+    """Tracks that share one program: same kind, same sampling, same view of the parameters."""
+
+    tracks: tuple[Track, ...]
+    effects: tuple[type[AbstractEffect], ...]
+
+    @property
+    def samples(self) -> int:
+        """Samples of the longest track."""
+        return max(t.samples for t in self.tracks)
+
+    @abstractmethod
+    def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
+        """Return ideal readings by quantity, (samples, tracks, walkers), from values by label."""
+
+    def stacked(self, kind: str, quantity: str) -> np.ndarray:
+        """`data` or `weight` of a quantity, (samples, tracks), 0 beyond a track's end."""
+        out = np.zeros((self.samples, len(self.tracks)))
+        for i, track in enumerate(self.tracks):
+            series = getattr(track, kind).get(quantity)
+            if series is not None:
+                out[: track.samples, i] = series
+        return out
+
+
+@dataclasses.dataclass(frozen=True)
+class SlowGroup(AbstractGroup):
+    """Frame compression, free running and field records: marched through by long steps."""
+
+    def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
+        """Return load, stroke and pressure."""
+        drives = tuple(t.drive for t in self.tracks)
+        seen = scoped(values, self.tracks[0].scope)
+        rig = build_rig(self.effects, seen)
+        framed = self.tracks[0].kind == "frame"
+        contact = seen["k_frame"] * (1.0 if framed else 0.0)
+        low = min(d.stroke_range[0] for d in drives)
+        high = max(d.stroke_range[1] for d in drives)
+        fractions = self._fractions(values, contact)
+        out = march(rig, contact, fractions, plan(drives), (low, high))
+        return {quantity: series[: self.samples] for quantity, series in out.items()}
+
+    def _fractions(self, values: Mapping[str, Array], like: Array) -> Array:
+        """Flow fractions (levels, tracks, walkers)."""
+        levels = 1 + max((max(t.open_levels, default=0) for t in self.tracks), default=0)
+        rows = []
+        for level in range(levels):
+            rows.append(
+                jnp.stack([
+                    values[flow_label(t, level)] if level in t.open_levels else 0.0 * like
+                    for t in self.tracks
+                ])
+            )
+        return jnp.stack(rows)
+
+
+@dataclasses.dataclass(frozen=True)
+class ReleaseGroup(AbstractGroup):
+    """Quick releases: swung out step by step from the instant of release."""
+
+    def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
+        """Return the acceleration, 0 before the release."""
+        rig = build_rig(self.effects, scoped(values, self.tracks[0].scope))
+        preload = jnp.stack([values[f"preload[{t.label}]"] for t in self.tracks])
+        delay = jnp.stack([
+            t.times[t.onset] - values[f"release_time[{t.label}]"] for t in self.tracks
+        ])
+        longest = max(t.samples - t.onset for t in self.tracks)
+        swing = ring(rig, preload, delay, self.tracks[0].interval, longest)
+        out = jnp.zeros((self.samples, *preload.shape))
+        for i, track in enumerate(self.tracks):
+            length = min(longest, self.samples - track.onset)
+            out = out.at[track.onset : track.onset + length, i].set(swing[:length, i])
+        return {"acceleration": out}
+
+
+def flow_label(track: Track, level: int) -> str:
+    """Label of a record's flow fraction: `kappa` with the valve open, `kappa_tank` to the tank."""
+    if level == 1:
+        return f"kappa[{track.label}]"
+    number = "" if level == 2 else f",{level - 1}"
+    return f"kappa_tank[{track.label}{number}]"
+
+
+@dataclasses.dataclass(frozen=True)
+class Grouping:
+    """How tracks fall into groups: those with the same key share a program."""
+
+    effects: tuple[type[AbstractEffect], ...]
+    vary: Mapping[str, str]
+
+    def key(self, track: Track) -> tuple:
+        """Return what a track must share with the others of its group."""
+        by = set(self.vary.values())
+        scope = dict(zip(("kind", "cylinder", "record"), track.scope, strict=True))
+        return track.kind, round(track.interval, 9), *(scope[b] for b in sorted(by))
+
+    def __call__(self, tracks: tuple[Track, ...]) -> tuple[AbstractGroup, ...]:
+        """Part the tracks into groups."""
+        keys = sorted({self.key(t) for t in tracks}, key=repr)
+        groups = []
+        for key in keys:
+            members = tuple(t for t in tracks if self.key(t) == key)
+            make = ReleaseGroup if members[0].kind == "release" else SlowGroup
+            groups.append(make(members, self.effects))
+        return tuple(groups)

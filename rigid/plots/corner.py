@@ -1,0 +1,83 @@
+"""Which parameters trade off against which: every pair of the main ones."""
+
+import logging
+import warnings
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from rigid.plots import metrology
+from rigid.plots.shown import Draws
+from rigid.plots.style import BLUE, PAGE_WIDTH, VERMILION, house_style, stamp, tex
+
+# Shares of the draws inside the contours, as in the other figures.
+_INSIDE = (0.5, 0.9)
+_BINS = 28
+
+
+def corner_figure(draws: Draws, simulated: bool) -> Figure:
+    """Histograms on the diagonal, contours that hold 50 and 90 % of the draws below it."""
+    with warnings.catch_warnings():
+        # corner imports ArviZ, which announces its next version at every import.
+        warnings.simplefilter("ignore", FutureWarning)
+        import corner
+
+    scales = [
+        metrology.axis(np.atleast_1d(row), unit)
+        for row, unit in zip(draws.values, draws.units, strict=True)
+    ]
+    labels = [
+        f"{tex(symbol)} [{unit}]" for symbol, (_, unit) in zip(draws.symbols, scales, strict=True)
+    ]
+    factors = np.array([factor for factor, _ in scales])
+    size = min(PAGE_WIDTH, 1.45 * len(labels) + 1.0)
+    with house_style(**{"xtick.labelsize": 7, "ytick.labelsize": 7}):
+        figure = Figure(figsize=(size, size))
+        logging.getLogger("root").addFilter(_quiet)
+        try:
+            corner.corner(
+                (draws.values * factors[:, None]).T,
+                fig=figure,
+                labels=labels,
+                range=[_range(row * f) for row, f in zip(draws.values, factors, strict=True)],
+                truths=[
+                    None if mark is None else mark * factor
+                    for mark, factor in zip(draws.marks, factors, strict=True)
+                ],
+                **_look(),
+            )
+        finally:
+            logging.getLogger("root").removeFilter(_quiet)
+        if simulated:
+            stamp(figure)
+    return figure
+
+
+def _quiet(record: logging.LogRecord) -> bool:
+    """corner says "Too few points to create valid contours" to the root logger."""
+    return "Too few points" not in record.getMessage()
+
+
+def _range(values: np.ndarray) -> tuple[float, float]:
+    """All but the outermost half per cent, so that one stray draw does not shrink the picture."""
+    low, high = np.quantile(values, (0.0025, 0.9975))
+    margin = 0.08 * (high - low) or 0.5 * abs(high) or 0.5
+    return float(low - margin), float(high + margin)
+
+
+def _look() -> dict:
+    return {
+        "bins": _BINS,
+        "smooth": 1.2,
+        "levels": _INSIDE,
+        "color": BLUE,
+        "truth_color": VERMILION,
+        "plot_datapoints": False,
+        "plot_density": False,
+        "fill_contours": True,
+        "max_n_ticks": 4,
+        "labelpad": 0.08,
+        "hist_kwargs": {"linewidth": 1.1},
+        "contour_kwargs": {"linewidths": 0.9},
+        "label_kwargs": {"fontsize": 9},
+    }

@@ -1,0 +1,121 @@
+"""One record: what each sensor read, what the posterior says it read, and what is left over."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from rigid.plots import metrology
+from rigid.plots.decimate import band_points, line_points
+from rigid.plots.shown import ChannelFit
+from rigid.plots.style import BLUE, GREY, INK, PALE, VALVE, house_style, new_figure
+
+_HEIGHT = 3.6
+_READING = "#9aa5b1"
+_POSITIONS = {"open": "valve open", "shut": "valve shut", "tank": "valve to tank"}
+# Below this count each sample is a dot; above it the dots run together and a line says the same.
+_DOTS_UP_TO = 300
+# A valve position narrower than this share of the record is left to the legend.
+_ROOM_FOR_A_WORD = 0.12
+
+
+def record_figure(channels: Sequence[ChannelFit], simulated: bool) -> Figure:
+    """The channels of one record side by side: valve, reading with bands, residual.
+
+    - channels: of one record and cylinder, at least one
+    - simulated: stamps the figure
+    """
+    with house_style():
+        figure = new_figure(_HEIGHT, simulated)
+        grid = figure.add_gridspec(3, len(channels), height_ratios=(0.07, 1.0, 0.42))
+        for column, channel in enumerate(channels):
+            fit = figure.add_subplot(grid[1, column])
+            strip = figure.add_subplot(grid[2, column], sharex=fit)
+            valve = figure.add_subplot(grid[0, column], sharex=fit)
+            factor, unit = _time_axis(channel)
+            _fit_panel(fit, channel, factor)
+            _residual_strip(strip, channel, factor)
+            _valve_bar(valve, channel, factor)
+            strip.set_xlabel(f"time [{unit}]")
+        figure.legend(
+            handles=_legend(channels), loc="outside lower center", ncols=8, columnspacing=1.4
+        )
+    return figure
+
+
+def _time_axis(channel: ChannelFit) -> tuple[float, str]:
+    return metrology.axis(channel.time, "s")
+
+
+def _fit_panel(axes: Axes, channel: ChannelFit, time_factor: float) -> None:
+    factor, unit = metrology.axis(channel.data, channel.unit)
+    time, data = channel.time * time_factor, channel.data * factor
+    if time.size <= _DOTS_UP_TO:
+        axes.plot(time, data, ".", color=GREY, markersize=3, zorder=1)
+    else:
+        kept = line_points(data)
+        axes.plot(time[kept], data[kept], color=_READING, linewidth=0.8, zorder=1)
+    q05, q25, median, q75, q95 = channel.quantiles * factor
+    for low, high, alpha in ((q05, q95, 0.22), (q25, q75, 0.38)):
+        axes.fill_between(
+            *band_points(time, low, high), color=BLUE, alpha=alpha, linewidth=0, zorder=2
+        )
+    kept = line_points(median)
+    axes.plot(time[kept], median[kept], color=BLUE, linewidth=0.9, zorder=3)
+    axes.set_ylabel(f"{channel.quantity} [{unit}]")
+    axes.set_xlim(time[0], time[-1])
+    axes.tick_params(labelbottom=False)
+
+
+def _residual_strip(axes: Axes, channel: ChannelFit, time_factor: float) -> None:
+    time, residual = channel.time * time_factor, channel.residual
+    axes.axhspan(-2, 2, color=PALE, alpha=0.45, linewidth=0)
+    axes.axhline(0, color=GREY, linewidth=0.6)
+    if time.size <= _DOTS_UP_TO:
+        axes.plot(time, residual, ".", color=INK, markersize=2.5)
+    else:
+        kept = line_points(residual)
+        axes.plot(time[kept], residual[kept], color=INK, linewidth=0.45)
+    reach = max(4.0, 1.1 * float(np.nanmax(np.abs(residual), initial=0.0)))
+    axes.set_ylim(-reach, reach)
+    if reach < 8:
+        axes.set_yticks((-2, 0, 2))
+    axes.set_ylabel("residual [sd]")
+
+
+def _valve_bar(axes: Axes, channel: ChannelFit, time_factor: float) -> None:
+    end = float(channel.time[-1]) * time_factor
+    begin = float(channel.time[0]) * time_factor
+    starts = [max(time * time_factor, begin) for time, _ in channel.valve]
+    for start, stop, (_, position) in zip(starts, [*starts[1:], end], channel.valve, strict=True):
+        axes.axvspan(start, stop, color=VALVE.get(position, PALE), linewidth=0)
+        if stop - start > _ROOM_FOR_A_WORD * (end - begin):
+            ink = INK if position == "shut" else "white"
+            axes.text(
+                *(0.5 * (start + stop), 0.45, position),
+                transform=axes.get_xaxis_transform(),
+                ha="center",
+                va="center",
+                fontsize=6.5,
+                color=ink,
+            )
+    axes.set_axis_off()
+
+
+def _legend(channels: Sequence[ChannelFit]) -> list[Line2D | Patch]:
+    dots = channels[0].time.size <= _DOTS_UP_TO
+    look = {"marker": ".", "linestyle": ""} if dots else {}
+    sensor = Line2D([], [], color=GREY if dots else _READING, label="sensor")
+    sensor.set(**look)
+    positions = [p for p in VALVE if any(p == said for c in channels for _, said in c.valve)]
+    return [
+        sensor,
+        Line2D([], [], color=BLUE, label="posterior median"),
+        Patch(color=BLUE, alpha=0.5, linewidth=0, label="50 %"),
+        Patch(color=BLUE, alpha=0.22, linewidth=0, label="90 %"),
+        Patch(color=PALE, alpha=0.45, linewidth=0, label="± 2 sd"),
+        *(Patch(color=VALVE[p], linewidth=0, label=_POSITIONS[p]) for p in positions),
+    ]

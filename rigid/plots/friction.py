@@ -1,0 +1,137 @@
+"""Friction over frequency, and how much of it the records have a say in."""
+
+import numpy as np
+from jaxtyping import Float
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from rigid.plots.shown import FrictionCurve
+from rigid.plots.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    VERMILION,
+    house_style,
+    new_figure,
+    panel_title,
+)
+
+_HEIGHT = 5.0
+_LOWEST, _HIGHEST = 1e-2, 1e3
+_MARKERS = "osD^vP*X"
+
+
+def friction_figure(curve: FrictionCurve, simulated: bool) -> Figure:
+    """Magnitude of mu at the left with the published values, its two parts at the right."""
+    with house_style():
+        figure = new_figure(_HEIGHT, simulated)
+        layout = [["whole", "loss"], ["whole", "store"], ["excited", "store"]]
+        shape = {"width_ratios": (1.25, 1), "height_ratios": (1, 0.72, 0.28)}
+        panels = figure.subplot_mosaic(layout, gridspec_kw=shape)  # type: ignore[arg-type]
+        _magnitude(panels["whole"], curve)
+        _part(panels["loss"], curve, curve.dissipative, "dissipative part", r"Re $\mu$ [N·s/m]")
+        _part(panels["store"], curve, curve.storage, "storage part", r"$k_\omega$ [N/m]")
+        _excited(panels["excited"], curve)
+        panels["whole"].tick_params(labelbottom=False)
+        panels["loss"].tick_params(labelbottom=False)
+        for name in ("store", "excited"):
+            panels[name].set_xlabel("frequency [Hz]")
+        figure.legend(
+            handles=_legend(curve), loc="outside lower center", ncols=4, columnspacing=1.6
+        )
+    return figure
+
+
+def _positive(values: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
+    return np.where(values > 0, values, np.nan)
+
+
+def _frame(axes: Axes, curve: FrictionCurve) -> None:
+    axes.set_xscale("log")
+    axes.set_xlim(_LOWEST, _HIGHEST)
+    for low, high in _silent(curve):
+        axes.axvspan(low, high, facecolor="#f1f3f5", hatch="////", edgecolor="#c3cad3", zorder=0)
+
+
+def _silent(curve: FrictionCurve) -> list[tuple[float, float]]:
+    """Stretches of frequency where only the prior speaks."""
+    edges = np.concatenate(
+        ([_LOWEST], np.sqrt(curve.frequency[1:] * curve.frequency[:-1]), [_HIGHEST])
+    )
+    stretches, start = [], None
+    for index, heard in enumerate([*curve.informed, True]):
+        if not heard and start is None:
+            start = index
+        if heard and start is not None:
+            stretches.append((float(edges[start]), float(edges[index])))
+            start = None
+    return stretches
+
+
+def _bands(axes: Axes, curve: FrictionCurve, values: Float[np.ndarray, "5 m"]) -> None:
+    q05, q25, median, q75, q95 = _positive(values)
+    for low, high, alpha in ((q05, q95, 0.22), (q25, q75, 0.38)):
+        axes.fill_between(curve.frequency, low, high, color=BLUE, alpha=alpha, linewidth=0)
+    axes.plot(curve.frequency, median, color=BLUE, linewidth=1.5)
+    axes.set_yscale("log")
+
+
+def _part(axes: Axes, curve: FrictionCurve, values: np.ndarray, title: str, label: str) -> None:
+    _frame(axes, curve)
+    _bands(axes, curve, values)
+    axes.set_ylabel(label)
+    panel_title(axes, title)
+
+
+def _magnitude(axes: Axes, curve: FrictionCurve) -> None:
+    _frame(axes, curve)
+    for edge in _positive(curve.prior_magnitude[[0, 4]]):
+        axes.plot(curve.frequency, edge, color=GREY, linewidth=0.9, linestyle=(0, (4, 2)))
+    _bands(axes, curve, curve.magnitude)
+    for marker, (frequency, value, _) in zip(_MARKERS, curve.published, strict=False):
+        at_rest = frequency is None
+        place = _LOWEST if at_rest else frequency
+        axes.plot(
+            *(place, value, marker),
+            color=VERMILION,
+            markeredgecolor="white",
+            markersize=7,
+            clip_on=False,
+            zorder=5,
+        )
+    axes.set_ylabel(r"$|\mu|$ [N·s/m]")
+    panel_title(axes, "magnitude")
+
+
+def _excited(axes: Axes, curve: FrictionCurve) -> None:
+    """Where the records put their power: one bar a kind of record, lowest frequency first."""
+    axes.set_xscale("log")
+    axes.set_xlim(_LOWEST, _HIGHEST)
+    bands = sorted(curve.excited, key=lambda band: band[1], reverse=True)
+    for row, (_, low, high) in enumerate(bands):
+        axes.plot([low, high], [row, row], color=GREEN, linewidth=5, solid_capstyle="butt")
+    axes.set_yticks(range(len(bands)), [label for label, _, _ in bands])
+    axes.set_ylim(-0.6, max(len(bands), 1) - 0.4)
+    axes.tick_params(axis="y", length=0)
+    axes.spines["left"].set_visible(False)
+    panel_title(axes, "excited by" if bands else "excited by: not stated")
+
+
+def _legend(curve: FrictionCurve) -> list[Line2D | Patch]:
+    marks = []
+    for marker, (frequency, _, label) in zip(_MARKERS, curve.published, strict=False):
+        where = ", steady (at left edge)" if frequency is None else f", {frequency:g} Hz"
+        style = {"color": VERMILION, "linestyle": "", "markersize": 6}
+        marks.append(Line2D([], [], marker=marker, label=label + where, **style))
+    return [
+        Line2D([], [], color=BLUE, label="posterior median"),
+        Patch(color=BLUE, alpha=0.5, linewidth=0, label="50 %"),
+        Patch(color=BLUE, alpha=0.22, linewidth=0, label="90 %"),
+        Line2D([], [], color=GREY, linestyle=(0, (4, 2)), label="prior, 90 %"),
+        Patch(
+            facecolor="#f1f3f5", hatch="////", edgecolor="#c3cad3", label="only the prior speaks"
+        ),
+        *marks,
+    ]

@@ -1,0 +1,68 @@
+"""Roots of equation (14) in the complex plane, as in Fig. 4 of the paper."""
+
+import numpy as np
+from jaxtyping import Complex
+from matplotlib.figure import Figure
+
+from rigid.plots.shown import Roots
+from rigid.plots.style import BLUE, GREY, INK, ORANGE, PURPLE, VERMILION, house_style, new_figure
+
+_MARKS = (("s", VERMILION), ("D", PURPLE), ("^", ORANGE), ("v", INK))
+_HEIGHT = 4.2
+# Roots far up the imaginary axis would flatten the rest; the paper leaves them out as well.
+_HIGHEST = 3.0
+
+
+def roots_figure(roots: Roots, simulated: bool) -> Figure:
+    """Paths of the roots as the damping grows, with the published and the found ones."""
+    with house_style():
+        figure = new_figure(_HEIGHT, simulated)
+        axes = figure.add_subplot()
+        low, high = roots.damping_range
+        label = rf"damping $\varepsilon$ from {low:g} to {high:g}"
+        paths = _followed(roots.paths)
+        for path in paths:
+            axes.plot(np.real(path), np.imag(path), color=GREY, linewidth=0.9, label=label)
+            label = None
+        if roots.posterior is not None:
+            name, cloud = roots.posterior
+            axes.plot(
+                *(np.real(cloud), np.imag(cloud), "."),
+                color=BLUE,
+                markersize=4,
+                alpha=0.6,
+                zorder=4,
+                rasterized=cloud.size > 1000,
+                label=name,
+            )
+        axes.plot(
+            *(np.real(roots.undamped), np.imag(roots.undamped), "o"),
+            color=BLUE,
+            markerfacecolor="white",
+            markersize=7,
+            label="no damping",
+        )
+        for (marker, color), (name, values) in zip(_MARKS, roots.marks, strict=False):
+            axes.plot(
+                np.real(values), np.imag(values), marker, color=color, markersize=5, label=name
+            )
+        axes.axhline(0, color=GREY, linewidth=0.5, zorder=0)
+        axes.axvline(0, color=GREY, linewidth=0.5, zorder=0)
+        reach = 1.15 * float(np.abs(np.real(roots.paths)).max())
+        axes.set(xlim=(-reach, reach), ylim=(-0.08, min(_HIGHEST, _top(roots))))
+        axes.set(xlabel="Re y = Re ω / ω₀ [1]", ylabel="Im y = Im ω / ω₀ [1]")
+        axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), borderaxespad=0)
+    return figure
+
+
+def _followed(paths: Complex[np.ndarray, "roots m"]) -> Complex[np.ndarray, "roots m"]:
+    """The paths with each root joined to the nearest one of the step before, in any order given."""
+    rows = [list(paths[:, 0])]
+    for step in paths.T[1:]:
+        left = list(step)
+        rows.append([left.pop(int(np.abs(np.array(left) - root).argmin())) for root in rows[-1]])
+    return np.array(rows).T
+
+
+def _top(roots: Roots) -> float:
+    return 1.1 * float(np.imag(roots.paths).max()) + 0.05

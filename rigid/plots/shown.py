@@ -1,0 +1,143 @@
+"""What the figures show: frozen values, computed elsewhere, SI or with the unit they name.
+
+They live beside the plots, not in the report, so that a figure can be drawn without a page.
+"Quantiles" are always the 5, 25, 50, 75 and 95 % ones, in this order, along the first axis.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Complex, Float, Int
+
+QUANTILES = (5, 25, 50, 75, 95)
+
+
+def _require(holds: bool, name: str, said: str) -> None:
+    if not holds:
+        raise ValueError(f"{name}: {said}")
+
+
+@dataclass(frozen=True, eq=False)
+class ChannelFit:
+    """One sensor of one record beside what the posterior says it should have read.
+
+    - record, cylinder, kind: of the record; kind is frame, release, free-run or field
+    - quantity: load, stroke, pressure or acceleration
+    - unit: of `data` and `quantiles`; an SI unit gets a prefix in the figure ("N" -> "kN")
+    - quantiles: of the noiseless reading, gain and zero of the sensor included
+    - residual: one step ahead, in standard deviations of the fitted noise
+    - valve: (time [s] from which, "open" | "shut" | "tank"), the first at the record's start
+    - gap: RMS residual over the sheet's noise; 1 is a sensor as good as its sheet
+    - correlation_time: of the fitted noise [s]; 0 where the noise is white
+    """
+
+    record: str
+    cylinder: str
+    kind: str
+    quantity: str
+    unit: str
+    time: Float[np.ndarray, " n"]
+    data: Float[np.ndarray, " n"]
+    quantiles: Float[np.ndarray, "5 n"]
+    residual: Float[np.ndarray, " n"]
+    valve: tuple[tuple[float, str], ...]
+    gap: float
+    correlation_time: float
+
+    def __post_init__(self) -> None:
+        n, name = self.time.shape, f"{self.record}, {self.quantity}"
+        _require(self.data.shape == n, name, f"data has shape {self.data.shape}, time has {n}")
+        _require(self.residual.shape == n, name, f"residual has shape {self.residual.shape}")
+        _require(self.quantiles.shape == (5, *n), name, f"quantiles: {self.quantiles.shape}")
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionCurve:
+    """Friction over frequency: dissipative part, storage part and magnitude.
+
+    - frequency: [Hz], rising
+    - dissipative: Re mu [N s/m]
+    - storage: k_omega = -omega Im mu [N/m]
+    - magnitude, prior_magnitude: |mu| [N s/m]
+    - informed: False where the posterior is no narrower than the prior
+    - excited: (label, lowest, highest [Hz]) of what the records excite
+    - published: (frequency [Hz] or None for "at rest", |mu| [N s/m], label)
+    """
+
+    frequency: Float[np.ndarray, " m"]
+    dissipative: Float[np.ndarray, "5 m"]
+    storage: Float[np.ndarray, "5 m"]
+    magnitude: Float[np.ndarray, "5 m"]
+    prior_magnitude: Float[np.ndarray, "5 m"]
+    informed: Bool[np.ndarray, " m"]
+    excited: tuple[tuple[str, float, float], ...] = ()
+    published: tuple[tuple[float | None, float, str], ...] = ()
+
+    def __post_init__(self) -> None:
+        m = self.frequency.shape
+        _require(self.informed.shape == m, "friction", f"informed: {self.informed.shape}")
+        for name in ("dissipative", "storage", "magnitude", "prior_magnitude"):
+            shape = getattr(self, name).shape
+            _require(shape == (5, *m), "friction", f"{name} has shape {shape}, not {(5, *m)}")
+
+
+@dataclass(frozen=True, eq=False)
+class Draws:
+    """Posterior draws of a few parameters, for the corner figure.
+
+    - symbols: TeX without dollar signs
+    - units: SI
+    - values: one row a parameter, one column a draw
+    - marks: published value of each parameter, or None
+    """
+
+    symbols: tuple[str, ...]
+    units: tuple[str, ...]
+    values: Float[np.ndarray, "parameters draws"]
+    marks: tuple[float | None, ...]
+
+    def __post_init__(self) -> None:
+        k = len(self.symbols)
+        _require(self.values.shape[0] == k, "draws", f"{self.values.shape[0]} rows, {k} symbols")
+        _require(len(self.units) == len(self.marks) == k, "draws", f"not {k} units and marks")
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """How one parameter moved while it was sampled.
+
+    - step: number of each step shown
+    - means: mean over the walkers of each ensemble [unit]
+    - kept_from: first step that enters the posterior
+    - ranks: how many draws of each ensemble fall in each bin of the overall rank
+    """
+
+    symbol: str
+    unit: str
+    step: Int[np.ndarray, " steps"]
+    means: Float[np.ndarray, "ensembles steps"]
+    kept_from: int
+    ranks: Int[np.ndarray, "ensembles bins"]
+
+    def __post_init__(self) -> None:
+        shape = self.means.shape
+        _require(shape[1] == self.step.size, self.symbol, f"means has shape {shape}")
+        _require(shape[0] == self.ranks.shape[0], self.symbol, f"ranks: {self.ranks.shape}")
+
+
+@dataclass(frozen=True, eq=False)
+class Roots:
+    """Roots of equation (14) in the complex plane, dimensionless (y = omega / omega_0).
+
+    - paths: the roots as the damping grows from nothing, in any order within a step
+    - damping_range: dimensionless epsilon at both ends of the paths
+    - undamped: the roots without damping
+    - marks: (label, roots) for published values of mu
+    - posterior: (label, roots) for draws of the posterior, any number, or None
+    """
+
+    paths: Complex[np.ndarray, "roots m"]
+    damping_range: tuple[float, float]
+    undamped: Complex[np.ndarray, " roots"]
+    marks: tuple[tuple[str, Complex[np.ndarray, " k"]], ...] = ()
+    posterior: tuple[str, Complex[np.ndarray, " draws"]] | None = None

@@ -1,0 +1,164 @@
+"""Prior laws, each a map from the standard normal to its quantity.
+
+A parameter whose law is `from_standard(z)` with z standard normal has that law; the sampler works
+on z, where every prior is the same.
+"""
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from typing import ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from jax import Array
+from jax.scipy.special import ndtr, ndtri
+
+from rigid.errors import InputError
+
+
+class AbstractLaw(eqx.Module):
+    """A prior law; `name` is its key in a spec, its fields are the arguments there."""
+
+    name: eqx.AbstractClassVar[str]
+
+    @abstractmethod
+    def from_standard(self, z: Array) -> Array:
+        """Map standard normal `z` to the quantity, monotonically, elementwise."""
+
+    @property
+    def known(self) -> bool:
+        """Whether the law is a single value, so that nothing is sampled."""
+        return False
+
+
+class Lognormal(AbstractLaw):
+    """One standard deviation is a `factor` up or down from the `median`."""
+
+    median: float
+    factor: float
+    name: ClassVar[str] = "lognormal"
+
+    def __check_init__(self):
+        """Refuse what is no lognormal law."""
+        if not (self.factor > 1.0 and self.median != 0.0):
+            raise InputError("lognormal needs a factor above 1 and a median other than 0")
+
+    def from_standard(self, z: Array) -> Array:
+        """Return median * factor^z; a negative median gives negative values."""
+        return self.median * jnp.exp(jnp.log(self.factor) * z)
+
+
+class Normal(AbstractLaw):
+    """Gaussian of given `mean` and `sd`; an sd of 0 is a known value."""
+
+    mean: float
+    sd: float
+    name: ClassVar[str] = "normal"
+
+    def __check_init__(self):
+        """Refuse a negative width."""
+        if self.sd < 0.0:
+            raise InputError("normal needs an sd of 0 or more")
+
+    def from_standard(self, z: Array) -> Array:
+        """Return mean + sd z."""
+        return self.mean + self.sd * z
+
+    @property
+    def known(self) -> bool:
+        """Whether the width is 0."""
+        return self.sd == 0.0
+
+
+class TruncatedNormal(AbstractLaw):
+    """Gaussian of `mean` and `sd`, cut to between `low` and `high`."""
+
+    mean: float
+    sd: float
+    low: float
+    high: float
+    name: ClassVar[str] = "truncated_normal"
+
+    def __check_init__(self):
+        """Refuse an empty stretch."""
+        if not (self.low < self.high and self.sd > 0.0):
+            raise InputError("truncated_normal needs low < high and an sd above 0")
+
+    def from_standard(self, z: Array) -> Array:
+        """Map through both distribution functions."""
+        low, high = ndtr((self.low - self.mean) / self.sd), ndtr((self.high - self.mean) / self.sd)
+        value = self.mean + self.sd * ndtri(low + (high - low) * ndtr(z))
+        return jnp.clip(value, self.low, self.high)
+
+
+class Uniform(AbstractLaw):
+    """All values between `low` and `high` alike."""
+
+    low: float
+    high: float
+    name: ClassVar[str] = "uniform"
+
+    def __check_init__(self):
+        """Refuse an empty stretch."""
+        if not self.low < self.high:
+            raise InputError("uniform needs low < high")
+
+    def from_standard(self, z: Array) -> Array:
+        """Map through the normal distribution function."""
+        return self.low + (self.high - self.low) * ndtr(z)
+
+
+class LogUniform(AbstractLaw):
+    """All orders of magnitude between `low` and `high` alike."""
+
+    low: float
+    high: float
+    name: ClassVar[str] = "loguniform"
+
+    def __check_init__(self):
+        """Refuse an empty or non-positive stretch."""
+        if not 0.0 < self.low < self.high:
+            raise InputError("loguniform needs 0 < low < high")
+
+    def from_standard(self, z: Array) -> Array:
+        """Map through the normal distribution function, in the logarithm."""
+        return self.low * jnp.exp(jnp.log(self.high / self.low) * ndtr(z))
+
+
+class Fixed(AbstractLaw):
+    """A known value."""
+
+    value: float
+    name: ClassVar[str] = "fixed"
+
+    def from_standard(self, z: Array) -> Array:
+        """Return the value, whatever z."""
+        return self.value + 0.0 * z
+
+    @property
+    def known(self) -> bool:
+        """Return True."""
+        return True
+
+
+LAWS: dict[str, type[AbstractLaw]] = {
+    law.name: law for law in (Lognormal, Normal, TruncatedNormal, Uniform, LogUniform, Fixed)
+}
+
+
+def make_law(name: str, arguments: Mapping[str, float], where: str) -> AbstractLaw:
+    """Make a law from its name and arguments; `where` heads the message when they do not fit.
+
+    Raises InputError for an unknown law, wrong arguments or values that make no law.
+    """
+    if name not in LAWS:
+        raise InputError(f"{where}: unknown law '{name}'; known are {', '.join(LAWS)}")
+    law = LAWS[name]
+    wanted = [f for f in law.__dataclass_fields__ if f != "name"]
+    if set(arguments) != set(wanted):
+        given = ", ".join(arguments) or "nothing"
+        raise InputError(f"{where}: {name} takes {', '.join(wanted)}; given was {given}")
+    try:
+        return law(**{key: float(value) for key, value in arguments.items()})
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None

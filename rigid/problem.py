@@ -1,0 +1,101 @@
+"""Rig, records, noise and priors put together: predictions and the log-posterior of z."""
+
+import dataclasses
+from collections.abc import Mapping
+from functools import cached_property
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from rigid.effects import AbstractEffect
+from rigid.groups import AbstractGroup
+from rigid.likelihood import Fitted, Piece, deviance_residuals, fitted
+from rigid.noise import Calibration
+from rigid.parameters import Parameters, scoped
+from rigid.rig import Rig, build_rig
+
+LOG_2PI = 1.8378770664093453
+
+
+@dataclasses.dataclass(frozen=True)
+class Problem:
+    """All that a fit needs, immutable.
+
+    - `effects`: classes of what acts on the rig. - `parameters`: the uncertain numbers.
+    - `groups`: records that are simulated together. - `pieces`: what there is to explain.
+
+    Arrays of parameters are (walkers, size) in z, (walkers,) by label in SI.
+    """
+
+    effects: tuple[type[AbstractEffect], ...]
+    parameters: Parameters
+    groups: tuple[AbstractGroup, ...]
+    pieces: tuple[Piece, ...]
+
+    def predict(self, values: Mapping[str, Array]) -> list[dict[str, Array]]:
+        """Ideal readings of every group, by quantity, (samples, tracks, walkers)."""
+        return [group.predict(values) for group in self.groups]
+
+    def fitted(self, z: Array) -> Fitted:
+        """Log-likelihood of z (walkers, size) and the law of the sensors' gains and zeros."""
+        values = self.parameters.values(z)
+        return fitted(self.pieces, self.predict(values), values)
+
+    def log_posterior(self, z: Array) -> Array:
+        """Log-posterior density of z (walkers, size), with gains and zeros integrated out."""
+        prior = -0.5 * jnp.sum(z * z, axis=1) - 0.5 * self.parameters.size * LOG_2PI
+        value = self.fitted(z).value + prior
+        return jnp.where(jnp.isfinite(value), value, -jnp.inf)
+
+    @cached_property
+    def compiled_log_posterior(self):
+        """`log_posterior` as one compiled program (one for each number of walkers)."""
+        return jax.jit(self.log_posterior)
+
+    @cached_property
+    def sensors(self) -> tuple[str, ...]:
+        """Labels of the sensors, "quantity,cylinder", in order."""
+        return tuple(
+            dict.fromkeys(p.sensor(i) for p in self.pieces for i in range(len(p.tracks)))
+        )
+
+    def corrections(self, standard: Array) -> dict[str, Calibration]:
+        """Gains and zeros from their standard values (sensors, 2), each shaped (1,)."""
+        spreads = {p.sensor(i): p.sheet.spread for p in self.pieces for i in range(len(p.tracks))}
+        return {
+            label: Calibration(
+                standard[i, :1] * spreads[label].gain, standard[i, 1:] * spreads[label].zero
+            )
+            for i, label in enumerate(self.sensors)
+        }
+
+    def residuals(self, z: Array, standard: Array) -> Array:
+        """Everything a least-squares solver brings to zero, at z (size,).
+
+        - `standard` (sensors, 2): gains and zeros, standard normal a priori.
+
+        Half its sum of squares is minus the log of posterior and prior, up to a constant at
+        given noise levels.
+        """
+        values = self.parameters.values(z[None])
+        rows = deviance_residuals(
+            self.pieces, self.predict(values), values, self.corrections(standard)
+        )
+        return jnp.concatenate([rows, z, standard.ravel()])
+
+    def with_weights(self, factor: Mapping[tuple[int, str], np.ndarray]) -> "Problem":
+        """Return the same problem with weights of a piece's tracks multiplied by (tracks,) factors.
+
+        - `factor`: by (group, quantity).
+        """
+        pieces = tuple(
+            dataclasses.replace(p, weight=p.weight * factor.get((p.group, p.quantity), 1.0))
+            for p in self.pieces
+        )
+        return dataclasses.replace(self, pieces=pieces)
+
+    def rig(self, values: Mapping[str, Array], group: int = 0) -> Rig:
+        """Return the rig as a group of records sees it."""
+        return build_rig(self.effects, scoped(values, self.groups[group].tracks[0].scope))

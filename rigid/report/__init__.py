@@ -1,0 +1,1 @@
+"""The page: its contents as values, its template, its style. Computes nothing."""

@@ -1,0 +1,144 @@
+"""The page of a folder: kept as one section a command, rebuilt from all that are there.
+
+A section lies in DIR/sections/NN-name.html. Its first line is a comment with a JSON head, the
+rest is HTML. A command writes its own section and no other.
+"""
+
+import json
+import os
+import tempfile
+from dataclasses import dataclass
+from html.parser import HTMLParser
+from pathlib import Path
+
+from markupsafe import Markup
+
+from rigid.report.templating import FOLDER, environment
+
+_SCHEMA = 1
+_OPENING, _CLOSING = "<!-- rigid-section ", " -->"
+
+
+@dataclass(frozen=True)
+class Section:
+    """What one command adds to the page.
+
+    - name: of the command; letters, digits, hyphens
+    - order: where it stands, 0 to 99 (calibration 10, bands 20, discovery 30, ...)
+    - title: its heading
+    - html: safe HTML; each `<h3 id="...">` enters the table of contents; ids start with the
+      name of the section or of a figure, so that no two sections share one
+    - subject: what the page is about; the first section's becomes the heading of the page
+    - simulated: whether it rests on simulated data; the page then says so at its top
+    """
+
+    name: str
+    order: int
+    title: str
+    html: str
+    subject: str = ""
+    simulated: bool = False
+
+
+def write_section(folder: Path, section: Section) -> Path:
+    """Puts the section in the place of the one this command wrote before; returns its path."""
+    sections = folder / "sections"
+    sections.mkdir(parents=True, exist_ok=True)
+    path = sections / f"{section.order:02d}-{section.name}.html"
+    head = {
+        "schema": _SCHEMA,
+        "name": section.name,
+        "order": section.order,
+        "title": section.title,
+        "subject": section.subject,
+        "simulated": section.simulated,
+    }
+    # In JSON only strings hold these; escaped, no title can end the comment.
+    text = json.dumps(head).replace("-", "\\u002d").replace(">", "\\u003e")
+    _write_atomically(path, f"{_OPENING}{text}{_CLOSING}\n{section.html}")
+    for older in sections.glob(f"[0-9][0-9]-{section.name}.html"):
+        if older != path:
+            older.unlink()
+    return path
+
+
+def read_section(path: Path) -> Section | None:
+    """The section in this file, or None where the file is none."""
+    try:
+        first, _, html = path.read_text(encoding="utf-8").partition("\n")
+        if not (first.startswith(_OPENING) and first.endswith(_CLOSING)):
+            return None
+        head = json.loads(first.removeprefix(_OPENING).removesuffix(_CLOSING))
+        schema = head.pop("schema")
+        return Section(html=html, **head) if schema == _SCHEMA else None
+    except (ValueError, TypeError, KeyError, AttributeError):
+        return None
+
+
+def rebuild(folder: Path) -> Path:
+    """Makes DIR/index.html of all sections present; returns its path.
+
+    A file that is no section is named on the page and left out: a stray file must not cost
+    anybody the report of a long run.
+    """
+    read = [(path, read_section(path)) for path in sorted((folder / "sections").glob("*.html"))]
+    sections = sorted((s for _, s in read if s), key=lambda section: (section.order, section.name))
+    page = (
+        environment()
+        .get_template("page.html.j2")
+        .render(
+            subject=next((s.subject for s in sections if s.subject), "Report"),
+            simulated=any(section.simulated for section in sections),
+            sections=[
+                (section, Markup(section.html), _headings(section.html)) for section in sections
+            ],
+            unreadable=[path.name for path, section in read if section is None],
+            style=Markup((FOLDER / "style.css").read_text(encoding="utf-8")),
+        )
+    )
+    return _write_atomically(folder / "index.html", page)
+
+
+class _Headings(HTMLParser):
+    """Collects (id, text) of every h3 with an id."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.found: list[tuple[str, str]] = []
+        self._open = ""
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag == "h3" and (anchor := dict(attrs).get("id")):
+            self._open = anchor
+            self.found.append((anchor, ""))
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag == "h3":
+            self._open = ""
+
+    def handle_data(self, data: str) -> None:
+        if self._open:
+            anchor, text = self.found[-1]
+            self.found[-1] = (anchor, text + data)
+
+
+def _headings(html: str) -> list[tuple[str, str]]:
+    parser = _Headings()
+    parser.feed(html)
+    return parser.found
+
+
+def _write_atomically(path: Path, text: str) -> Path:
+    """The file is the old one or the new one at every moment, also after a crash."""
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, path)
+    except BaseException:
+        os.unlink(temporary)
+        raise
+    return path

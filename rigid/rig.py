@@ -1,0 +1,125 @@
+"""Masses and effects put together: the equations of motion of one cylinder, eqs. (2)-(13)."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+from jax import Array
+from jax.typing import ArrayLike
+
+from rigid.effects.base import AbstractEffect, Action, State
+
+CORE_SCALES = (1e-4, 1e-1, 1e-4, 1e-1, 1e6)
+"""Typical size of x_HC [m], v_HC [m/s], x_Pl [m], v_Pl [m/s] and p [Pa] in this rig."""
+
+
+class Surroundings(NamedTuple):
+    """What the rig meets outside itself.
+
+    - `contact_stiffness` [N/m]: of a frame in its way, 0 where the plate is free.
+    - `force` [N]: on the plate, positive toward the ice (a compressive load is negative).
+    - `flow_fraction` [-]: kappa, what the valve passes of the pump's flow; negative to the tank.
+    """
+
+    contact_stiffness: ArrayLike = 0.0
+    force: ArrayLike = 0.0
+    flow_fraction: ArrayLike = 0.0
+
+
+class Motion(NamedTuple):
+    """How the rig moves on from a state: rates of the flat state and the load-cell force."""
+
+    rates: tuple[ArrayLike, ...]
+    load: ArrayLike
+
+    @property
+    def plunger_acceleration(self) -> ArrayLike:
+        """Acceleration of plunger and plate [m/s^2]."""
+        return self.rates[3]
+
+
+class Rig(eqx.Module):
+    """One cylinder with its plunger and half of the indentation plate.
+
+    - `cylinder_mass`: M_HC - M_Pl [kg], as eq. (2) has it.
+    - `plunger_mass`: M_Pl + M_Fl/2 [kg], as eq. (3) has it.
+    - `area`: S_Pl [m^2].
+    - `column`: L_0, the oil column at zero stroke [m].
+    - `effects`: what acts on the rig.
+    """
+
+    cylinder_mass: ArrayLike
+    plunger_mass: ArrayLike
+    area: ArrayLike
+    column: ArrayLike
+    effects: tuple[AbstractEffect, ...]
+
+    @property
+    def scales(self) -> tuple[float, ...]:
+        """Typical size of each entry of the flat state."""
+        return CORE_SCALES + tuple(s for e in self.effects for s in e.scales)
+
+    def state(self, flat: Array | tuple, column: ArrayLike | None = None) -> State:
+        """Unpack a flat state; `column` [m] freezes the oil column there."""
+        x_hc, v_hc, x_pl, v_pl, pressure = (flat[i] for i in range(5))
+        if column is None:
+            column = self.column + x_pl - x_hc
+        return State(x_hc, v_hc, x_pl, v_pl, pressure, column)
+
+    def actions(self, flat: Array | tuple, state: State) -> list[Action]:
+        """Return what each effect does."""
+        actions, at = [], len(CORE_SCALES)
+        for effect in self.effects:
+            n = len(effect.scales)
+            actions.append(effect(state, tuple(flat[at + i] for i in range(n))))
+            at += n
+        return actions
+
+    def motion(
+        self, flat: Array | tuple, outside: Surroundings, column: ArrayLike | None = None
+    ) -> Motion:
+        """Return the rates of a flat state, eqs. (2), (3), (7), (21) with signs put right.
+
+        - `flat`: x_HC, v_HC, x_Pl, v_Pl, p, then the effects' own states; any trailing shape.
+        - `outside`: frame, force and valve.
+        - `column` [m]: freezes the oil column; left out, it follows the stroke.
+        """
+        state = self.state(flat, column)
+        actions = self.actions(flat, state)
+        between = self.area * state.pressure + sum(a.between for a in actions)
+        load = sum(a.load_cell for a in actions)
+        external = (
+            outside.force
+            - outside.contact_stiffness * state.x_plunger
+            + sum(a.on_plunger for a in actions)
+        )
+        inflow = outside.flow_fraction * sum(a.inflow for a in actions)
+        inflow = inflow - sum(a.leakage for a in actions)
+        compliance = self.area * state.column * sum(a.compliance for a in actions)
+        rates = (
+            state.v_cylinder,
+            (load - between) / self.cylinder_mass,
+            state.v_plunger,
+            (between + external) / self.plunger_mass,
+            (inflow - self.area * state.slip) / compliance,
+        )
+        return Motion(rates + tuple(r for a in actions for r in a.rates), load)
+
+    def friction(self, omega: Array) -> Array:
+        """Complex friction coefficient mu(omega) of all effects together [N s/m]."""
+        return sum(effect.friction(omega) for effect in self.effects)
+
+
+def build_rig(effects: tuple[type[AbstractEffect], ...], values: Mapping[str, ArrayLike]) -> Rig:
+    """Make a rig from flat values: masses `M_HC`, `M_Pl`, `M_Fl`, `S_Pl`, `L_0` and the effects'.
+
+    Values may carry a trailing axis (walkers) as long as all broadcast.
+    """
+    return Rig(
+        cylinder_mass=jnp.asarray(values["M_HC"] - values["M_Pl"]),
+        plunger_mass=jnp.asarray(values["M_Pl"] + 0.5 * values["M_Fl"]),
+        area=jnp.asarray(values["S_Pl"]),
+        column=jnp.asarray(values["L_0"]),
+        effects=tuple(effect.build(values) for effect in effects),
+    )

@@ -1,0 +1,31 @@
+"""What each sensor would read of a simulated state, before gain, zero and converter."""
+
+from typing import NamedTuple
+
+from jax import Array
+from jax.typing import ArrayLike
+
+from rigid.rig import Rig, Surroundings
+
+QUANTITIES = ("load", "stroke", "pressure", "acceleration")
+
+
+class Readings(NamedTuple):
+    """Ideal readings; each broadcasts over tracks and walkers.
+
+    - `load` [N]: force in the load-cell end, compression positive.
+    - `stroke` [m]: plunger relative to cylinder.
+    - `pressure` [Pa]: gauge.
+    - `acceleration` [m/s^2]: of the plate.
+    """
+
+    load: ArrayLike
+    stroke: ArrayLike
+    pressure: ArrayLike
+    acceleration: ArrayLike
+
+
+def readings(rig: Rig, flat: Array | tuple, outside: Surroundings) -> Readings:
+    """Return what ideal sensors read of a flat state."""
+    motion = rig.motion(flat, outside)
+    return Readings(motion.load, flat[2] - flat[0], flat[4], motion.plunger_acceleration)

@@ -1,0 +1,1 @@
+"""Ways to a trajectory: an exponential integrator, and diffrax as the reference for it."""

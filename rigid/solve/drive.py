@@ -1,0 +1,140 @@
+"""What drives a record, known before any fit: sample times and the positions of the valve."""
+
+import dataclasses
+
+import numpy as np
+
+FINE_WINDOW = 0.5
+"""Seconds after a switch of the valve in which every sample is a step of its own. The rig's
+oscillations have died out by then, or are below a tenth of the load cell's step (tests hold it)."""
+
+STRIDE = 8
+"""Samples in one long step; a power of two, so that its matrices follow by doubling."""
+
+EDGE = 1e-9
+"""Relative slack [sampling intervals] when a switch is compared with a sample."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Drive:
+    """One cylinder's part of a slow record.
+
+    - `first` [s]: time of the first sample, at which the rig is at rest and out of load.
+    - `interval` [s], `samples`: the grid the record lies on.
+    - `switches` [s]: when the valve moves; `levels`: for each stretch, which of the record's flow
+      fractions applies (one more than switches; 0 is shut).
+    - `switch_strokes` [m]: rough stroke at each switch, `stroke_range` [m]: least and greatest.
+    """
+
+    first: float
+    interval: float
+    samples: int
+    switches: tuple[float, ...]
+    levels: tuple[int, ...]
+    switch_strokes: tuple[float, ...]
+    stroke_range: tuple[float, float]
+
+    @property
+    def times(self) -> np.ndarray:
+        """Sample times [s], shape (samples,)."""
+        return self.first + self.interval * np.arange(self.samples)
+
+
+@dataclasses.dataclass(frozen=True)
+class Plan:
+    """How a group of drives is marched through together.
+
+    - `nodes` (steps + 1,): sample index of each node; a step leads from one to the next.
+    - `long` (steps,): whether a step is a long one.
+    - `levels` (steps, tracks): flow fraction that applies when the step begins.
+    - `kink` (steps, tracks): 0, or 1 + the index of the switch that falls inside the step.
+    - `kink_rest` (kinks,) [s]: time from the switch to the end of its step; `kink_level`: the
+      flow fraction after it; `kink_stroke` [m]: rough stroke there.
+    - `samples`: of the longest drive; `interval` [s].
+    """
+
+    nodes: np.ndarray
+    long: np.ndarray
+    levels: np.ndarray
+    kink: np.ndarray
+    kink_rest: np.ndarray
+    kink_level: np.ndarray
+    kink_stroke: np.ndarray
+    samples: int
+    interval: float
+
+    @property
+    def interpolation(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Left node, length of its step [s] and place within it (0 to 1) of every sample."""
+        sample = np.arange(self.samples)
+        left = np.searchsorted(self.nodes, sample, side="right") - 1
+        left = np.minimum(left, len(self.long) - 1)
+        span = np.diff(self.nodes)[left]
+        return left, span * self.interval, (sample - self.nodes[left]) / span
+
+
+def plan(drives: tuple[Drive, ...]) -> Plan:
+    """Lay the common grid of several drives: short steps near their switches, long ones elsewhere.
+
+    Raises ValueError where two switches of a drive fall into one sampling interval.
+    """
+    interval = drives[0].interval
+    samples = max(max(d.samples for d in drives), 2)
+    near = _near_a_switch(drives, samples, interval)
+    nodes, long = [0], []
+    while nodes[-1] < samples - 1:
+        here = nodes[-1]
+        stretch = here + STRIDE
+        is_long = stretch <= samples - 1 and not near[here:stretch].any()
+        long.append(is_long)
+        nodes.append(stretch if is_long else here + 1)
+    return _with_valve(drives, np.array(nodes), np.array(long), interval)
+
+
+def _near_a_switch(drives: tuple[Drive, ...], samples: int, interval: float) -> np.ndarray:
+    """Mark the sample intervals in which some drive needs short steps."""
+    near = np.zeros(samples, dtype=bool)
+    window = int(np.ceil(FINE_WINDOW / interval))
+    for drive in drives:
+        for switch in (drive.first, *drive.switches):
+            at = int(np.floor((switch - drive.first) / interval + EDGE))
+            if at < drive.samples:
+                near[max(at - 1, 0) : at + window] = True
+    return near
+
+
+def _with_valve(
+    drives: tuple[Drive, ...], nodes: np.ndarray, long: np.ndarray, interval: float
+) -> Plan:
+    """Fill in which flow fraction applies in each step and where it changes within one."""
+    steps = len(long)
+    levels = np.zeros((steps, len(drives)), dtype=int)
+    kink = np.zeros((steps, len(drives)), dtype=int)
+    rest, after, stroke = [], [], []
+    for track, drive in enumerate(drives):
+        at = (np.asarray(drive.switches) - drive.first) / interval
+        levels[:, track] = np.asarray(drive.levels)[
+            np.searchsorted(at, nodes[:-1] + EDGE, side="left")
+        ]
+        for i, place in enumerate(at):
+            step = int(np.searchsorted(nodes, place - EDGE, side="right")) - 1
+            inside = nodes[min(step, steps)] + EDGE < place
+            if step < 0 or step >= steps or not inside or nodes[step + 1] - place < EDGE:
+                continue
+            if kink[step, track]:
+                raise ValueError("two valve positions within one sampling interval")
+            rest.append((nodes[step + 1] - place) * interval)
+            after.append(drive.levels[i + 1])
+            stroke.append(drive.switch_strokes[i])
+            kink[step, track] = len(rest)
+    return Plan(
+        nodes=nodes,
+        long=long,
+        levels=levels,
+        kink=kink,
+        kink_rest=np.array(rest),
+        kink_level=np.array(after, dtype=int),
+        kink_stroke=np.array(stroke),
+        samples=int(nodes[-1]) + 1,
+        interval=interval,
+    )

@@ -1,0 +1,253 @@
+"""The arrows and sizes of docs/architecture.md, held by reading the source without importing."""
+
+import ast
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parents[1] / "rigid"
+DOCUMENT = PACKAGE.parent / "docs" / "architecture.md"
+
+# A room may import only rooms of the lines above its own, and itself.
+LAYERS = (
+    ("errors",),
+    ("files", "quantities"),
+    ("effects", "characteristic"),
+    ("rig",),
+    ("solve",),
+    ("sensors",),
+    ("spec",),
+    ("records",),
+    ("quantisation", "correlation"),
+    ("noise", "priors", "tracks"),
+    ("parameters",),
+    ("groups",),
+    ("likelihood",),
+    ("problem",),
+    ("assemble",),
+    ("search",),
+    ("proposal",),
+    ("chain", "moves", "convergence"),
+    ("checkpoint", "ensemble"),
+    ("sample",),
+    ("posterior",),
+    ("summary",),
+    ("plots",),
+    ("report",),
+    ("cli", "fit"),
+)
+LAYER = {room: number for number, rooms in enumerate(LAYERS) for room in rooms}
+ONE_ROOM = {"cli": "fit"}  # the two halves of a command
+
+PHYSICS = {"effects", "rig", "solve", "sensors", "characteristic"}
+NOT_FOR_PHYSICS = {"records", "spec", "priors", "noise", "problem"}
+STATISTICS = {
+    "noise",
+    "priors",
+    "correlation",
+    "likelihood",
+    "search",
+    "proposal",
+    "moves",
+    "chain",
+    "ensemble",
+    "convergence",
+    "checkpoint",
+    "sample",
+}
+PICTURES = {"plots", "report"}
+COMPUTING = {"jax", "jaxlib", "equinox", "diffrax", "optimistix", "lineax", "emcee"}
+UNSAFE_MODULES = {"pickle", "marshal", "shelve", "dill", "cloudpickle"}
+LONGEST_MODULE, LONGEST_FUNCTION, MOST_PARAMETERS = 300, 40, 6
+
+
+def room_of(path: Path, package: Path) -> str:
+    return path.relative_to(package).parts[0].removesuffix(".py")
+
+
+def dotted_imports(tree: ast.AST, path: Path, package: Path) -> Iterator[tuple[int, str]]:
+    """(line, absolute dotted name) of whatever a module imports, relative imports resolved."""
+    here = [package.name, *path.relative_to(package).parts[:-1]]
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from ((node.lineno, alias.name) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            above = here[: len(here) - node.level + 1] if node.level else []
+            base = ".".join([*above, *([node.module] if node.module else [])])
+            yield from ((node.lineno, f"{base}.{alias.name}") for alias in node.names)
+
+
+def rooms_imported(tree: ast.AST, path: Path, package: Path) -> Iterator[tuple[int, str]]:
+    for line, name in dotted_imports(tree, path, package):
+        parts = name.split(".")
+        if parts[0] == package.name and len(parts) > 1:
+            yield line, parts[1]
+
+
+def arrows(tree: ast.AST, path: Path, package: Path) -> Iterator[str]:
+    room = room_of(path, package)
+    if room not in LAYER:
+        if room not in {"__init__", "generator"}:
+            yield "1: this room has no layer; give it one here and its line in docs/architecture.md"
+        return
+    for line, other in rooms_imported(tree, path, package):
+        same = ONE_ROOM.get(other, other) == ONE_ROOM.get(room, room)
+        if other == "generator":
+            yield f"{line}: imports the generator, which nothing may import"
+        elif room in PHYSICS and other in NOT_FOR_PHYSICS:
+            yield f"{line}: physics ({room}) imports {other}"
+        elif not same and other in LAYER and LAYER[other] >= LAYER[room]:
+            yield f"{line}: {room} imports {other}, against the arrows"
+
+
+def generator_alone(tree: ast.AST, path: Path, package: Path) -> Iterator[str]:
+    if room_of(path, package) == "generator":
+        for line, other in rooms_imported(tree, path, package):
+            if other != "generator":
+                yield f"{line}: the generator imports {package.name}.{other}"
+
+
+def pictures_compute_nothing(tree: ast.AST, path: Path, package: Path) -> Iterator[str]:
+    room = room_of(path, package)
+    if room in PICTURES:
+        for line, name in dotted_imports(tree, path, package):
+            if name.split(".")[0] in COMPUTING:
+                yield f"{line}: {room} imports {name}"
+
+
+def sizes(tree: ast.AST, path: Path, package: Path) -> Iterator[str]:
+    length = len(path.read_text("utf-8").splitlines())
+    if length > LONGEST_MODULE:
+        yield f"1: {length} lines, allowed {LONGEST_MODULE}"
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            lines = (node.end_lineno or node.lineno) - node.lineno + 1
+            if lines > LONGEST_FUNCTION:
+                yield f"{node.lineno}: {node.name} has {lines} lines, allowed {LONGEST_FUNCTION}"
+            count = len(parameters(node.args))
+            if count > MOST_PARAMETERS:
+                yield f"{node.lineno}: {node.name}: {count} parameters, allowed {MOST_PARAMETERS}"
+
+
+def parameters(arguments: ast.arguments) -> list[str]:
+    extra = [a for a in (arguments.vararg, arguments.kwarg) if a]
+    named = [*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs, *extra]
+    return [a.arg for a in named if a.arg not in {"self", "cls"}]
+
+
+def unsafe(tree: ast.AST, path: Path, package: Path) -> Iterator[str]:
+    for line, name in dotted_imports(tree, path, package):
+        if name.split(".")[0] in UNSAFE_MODULES:
+            yield f"{line}: imports {name}"
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.Call):
+            continue
+        if isinstance(node.func, ast.Name) and node.func.id in {"eval", "exec"}:
+            yield f"{node.lineno}: calls {node.func.id}"
+        for keyword in node.keywords:
+            if keyword.arg == "allow_pickle" and getattr(keyword.value, "value", True):
+                yield f"{node.lineno}: reads pickles"
+
+
+def light_package(tree: ast.AST, path: Path, package: Path) -> Iterator[str]:
+    if path == package / "__init__.py":
+        for line, name in dotted_imports(tree, path, package):
+            if name.split(".")[0] not in sys.stdlib_module_names:
+                yield f"{line}: {package.name}/__init__ imports {name}; it must stay light"
+
+
+def statistics_name_no_effect(tree: ast.AST, path: Path, package: Path) -> Iterator[str]:
+    if room_of(path, package) not in STATISTICS:
+        return
+    stems = {p.stem for p in (package / "effects").glob("*.py")} - {"__init__", "base"}
+    for number, text in enumerate(path.read_text("utf-8").splitlines(), start=1):
+        letters = re.sub(r"[-_]", "", text).lower()
+        for stem in sorted(stems):
+            if stem.replace("_", "") in letters:
+                yield f"{number}: statistics name the effect {stem}"
+
+
+CHECKS = (
+    arrows,
+    generator_alone,
+    pictures_compute_nothing,
+    sizes,
+    unsafe,
+    light_package,
+    statistics_name_no_effect,
+)
+
+
+def violations(package: Path) -> list[str]:
+    found = []
+    for path in sorted(package.rglob("*.py")):
+        tree = ast.parse(path.read_text("utf-8"), str(path))
+        for check in CHECKS:
+            where = path.relative_to(package.parent).as_posix()
+            found += [f"{where}:{message}" for message in check(tree, path, package)]
+    return found
+
+
+def test_package_keeps_to_its_architecture():
+    found = violations(PACKAGE)
+    assert not found, "\n" + "\n".join(found)
+
+
+def test_every_room_stands_in_the_document():
+    rooms = {room_of(path, PACKAGE) for path in PACKAGE.rglob("*.py")} - {"__init__"}
+    named = set(re.findall(r"\b(\w+)(?:\.py|/)", DOCUMENT.read_text("utf-8")))
+    assert not rooms - named, f"not in docs/architecture.md: {sorted(rooms - named)}"
+
+
+def test_importing_the_package_loads_nothing_heavy():
+    program = "import sys, rigid; print(*sorted(m.split('.')[0] for m in sys.modules))"
+    run = subprocess.run(
+        [sys.executable, "-c", program],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=PACKAGE.parent,
+    )
+    assert not {"jax", "numpy", "scipy", "matplotlib", "pydantic"} & set(run.stdout.split())
+
+
+LONG_FUNCTION = "def f():\n" + "    x = 1\n" * 40
+BROKEN = {
+    "an arrow the wrong way": ("rig.py", "from rigid.solve import linear", "against the arrows"),
+    "a relative arrow": ("effects/drag.py", "from ..rig import Rig", "against the arrows"),
+    "a late import": ("noise.py", "def f():\n    from rigid import problem", "against the arrows"),
+    "physics that reads": ("solve/full.py", "import rigid.records.csv", "physics (solve)"),
+    "a leak from the generator": ("problem.py", "from rigid import generator", "nothing may"),
+    "a generator that borrows": ("generator/a.py", "from rigid.rig import Rig", "the generator"),
+    "statistics that know": ("priors.py", "X = 'viscous-friction'", "name the effect"),
+    "a class that knows": ("moves.py", "ViscousFriction = 1", "name the effect"),
+    "a plot that computes": ("plots/a.py", "import jax.numpy as jnp", "plots imports jax"),
+    "a long module": ("search.py", "x = 1\n" * 301, "301 lines"),
+    "a long function": ("search.py", LONG_FUNCTION, "f has 41 lines"),
+    "a wide function": ("search.py", "def f(a, b, c, *d, e, g, **h): ...", "7 parameters"),
+    "eval": ("spec.py", "eval('1')", "calls eval"),
+    "pickle": ("checkpoint.py", "from pickle import load", "imports pickle"),
+    "hidden pickle": ("posterior.py", "np.load('x', allow_pickle=True)", "reads pickles"),
+    "a heavy package": ("__init__.py", "import numpy", "must stay light"),
+    "a room of its own": ("utils.py", "", "no layer"),
+}
+
+
+@pytest.mark.parametrize("case", BROKEN)
+def test_the_test_sees(case: str, tmp_path: Path):
+    name, source, says = BROKEN[case]
+    package = tmp_path / "rigid"
+    for file, text in {"effects/viscous_friction.py": "", name: source}.items():
+        (package / file).parent.mkdir(parents=True, exist_ok=True)
+        (package / file).write_text(text, "utf-8")
+    found = violations(package)
+    assert len(found) == 1, found
+    assert says in found[0]
+
+
+def test_an_empty_package_passes(tmp_path: Path):
+    assert violations(tmp_path / "rigid") == []
