@@ -1,6 +1,6 @@
 """From a spec and its records to a problem: which numbers are uncertain, and by how much."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.effects.base import PriorDescription
@@ -12,7 +12,7 @@ from rigid.priors import AbstractLaw, make_law
 from rigid.problem import Problem
 from rigid.records.record import Record
 from rigid.spec import Spec
-from rigid.tracks import Track, make_track
+from rigid.tracks import Series, Track, make_track
 
 RIG_SYMBOLS = {
     "M_HC": (r"M_\mathrm{HC}", "kg"),
@@ -42,12 +42,14 @@ def assemble(spec: Spec, records: tuple[Record, ...]) -> Problem:
     Raises InputError for effects, priors or parameters to vary that nothing answers to.
     """
     effects = chosen_effects(spec)
-    tracks = tuple(make_track(r) for r in records)
+    laid = [make_track(r) for r in records]
+    tracks = tuple(track for track, _ in laid)
+    series = {track.label: series for track, series in laid}
     if not tracks:
         raise InputError(f"{spec.path}: no record is fitted; a fit needs at least one")
-    parameters = list_parameters(spec, effects, tracks)
+    parameters = list_parameters(spec, effects, tracks, series)
     groups = Grouping(effects, dict(spec.model.vary))(tracks)
-    return Problem(effects, parameters, groups, make_pieces(groups, sheets(spec)))
+    return Problem(effects, parameters, groups, make_pieces(groups, series, sheets(spec)))
 
 
 def chosen_effects(spec: Spec) -> tuple[type[AbstractEffect], ...]:
@@ -66,12 +68,15 @@ def sheets(spec: Spec) -> dict[str, SensorSheet]:
 
 
 def list_parameters(
-    spec: Spec, effects: tuple[type[AbstractEffect], ...], tracks: tuple[Track, ...]
+    spec: Spec,
+    effects: tuple[type[AbstractEffect], ...],
+    tracks: tuple[Track, ...],
+    series: Mapping[str, Series],
 ) -> Parameters:
     """List every number of the model with its prior; the spec's word goes before the effect's."""
     physical = list(_physical(spec, effects, tracks))
     local = [p for t in tracks for p in _local(spec, t)]
-    noise = list(_noise(spec, tracks))
+    noise = list(_noise(spec, tracks, series))
     listed = physical + local + noise
     names = {p.label for p in listed} | {p.base for p in listed}
     require_known(spec.priors, names, f"{spec.path} [priors]")
@@ -120,7 +125,7 @@ def _spread(spec: Spec, one: Parameter, tracks: tuple[Track, ...]) -> Iterator[P
     place = ("kind", "cylinder", "record").index(by)
     for scope in dict.fromkeys(t.scope[place] for t in tracks):
         label = f"{one.label}[{scope}]"
-        yield Parameter(label, one.symbol, one.unit, _law(spec, label, one.law))
+        yield Parameter(label, one.symbol, one.unit, _law(spec, label, one.law), varies=True)
 
 
 def _local(spec: Spec, track: Track) -> Iterator[Parameter]:
@@ -144,7 +149,7 @@ def _local(spec: Spec, track: Track) -> Iterator[Parameter]:
 
 def _release_law(given, track: Track) -> AbstractLaw:
     """Instant of release: exact where given so, else between the samples around the onset."""
-    high = float(track.times[track.onset])
+    high = float(track.onset_time)
     low = high - track.interval
     if given is None:
         return make_law("uniform", {"low": low, "high": high}, "release_time")
@@ -157,10 +162,15 @@ def _release_law(given, track: Track) -> AbstractLaw:
     )
 
 
-def _noise(spec: Spec, tracks: tuple[Track, ...]) -> Iterator[Parameter]:
+def _noise(
+    spec: Spec, tracks: tuple[Track, ...], series: Mapping[str, Series]
+) -> Iterator[Parameter]:
     """Noise level of every sensor that read anything."""
     seen = dict.fromkeys(
-        (q, t.cylinder) for q in UNITS for t in tracks if t.weight.get(q) is not None
+        (q, t.cylinder)
+        for q in UNITS
+        for t in tracks
+        if series[t.label].has(q) and (q == "acceleration") == (t.onset is not None)
     )
     for quantity, cylinder in seen:
         label = f"noise[{quantity},{cylinder}]"

@@ -1,28 +1,28 @@
 """Records of one kind simulated together, in one compiled program for all walkers."""
 
 import dataclasses
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping
+from typing import ClassVar
 
+import equinox as eqx
 import jax.numpy as jnp
-import numpy as np
 from jax import Array
 
 from rigid.effects import AbstractEffect
 from rigid.parameters import scoped
 from rigid.rig import build_rig
 from rigid.solve.drive import plan
-from rigid.solve.exponential import march
+from rigid.solve.exponential import Strokes, march
 from rigid.solve.release import ring
 from rigid.tracks import Track
 
 
-@dataclasses.dataclass(frozen=True)
-class AbstractGroup(ABC):
+class AbstractGroup(eqx.Module):
     """Tracks that share one program: same kind, same sampling, same view of the parameters."""
 
-    tracks: tuple[Track, ...]
-    effects: tuple[type[AbstractEffect], ...]
+    tracks: eqx.AbstractVar[tuple[Track, ...]]
+    quantities: eqx.AbstractClassVar[tuple[str, ...]]
 
     @property
     def samples(self) -> int:
@@ -33,19 +33,13 @@ class AbstractGroup(ABC):
     def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
         """Return ideal readings by quantity, (samples, tracks, walkers), from values by label."""
 
-    def stacked(self, kind: str, quantity: str) -> np.ndarray:
-        """`data` or `weight` of a quantity, (samples, tracks), 0 beyond a track's end."""
-        out = np.zeros((self.samples, len(self.tracks)))
-        for i, track in enumerate(self.tracks):
-            series = getattr(track, kind).get(quantity)
-            if series is not None:
-                out[: track.samples, i] = series
-        return out
 
-
-@dataclasses.dataclass(frozen=True)
 class SlowGroup(AbstractGroup):
     """Frame compression, free running and field records: marched through by long steps."""
+
+    tracks: tuple[Track, ...]
+    effects: tuple[type[AbstractEffect], ...] = eqx.field(static=True)
+    quantities: ClassVar[tuple[str, ...]] = ("load", "stroke", "pressure")
 
     def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
         """Return load, stroke and pressure."""
@@ -54,10 +48,13 @@ class SlowGroup(AbstractGroup):
         rig = build_rig(self.effects, seen)
         framed = self.tracks[0].kind == "frame"
         contact = seen["k_frame"] * (1.0 if framed else 0.0)
-        low = min(d.stroke_range[0] for d in drives)
-        high = max(d.stroke_range[1] for d in drives)
+        strokes = Strokes(
+            jnp.min(jnp.stack([t.stroke_low for t in self.tracks])),
+            jnp.max(jnp.stack([t.stroke_high for t in self.tracks])),
+            jnp.stack([t.switch_strokes for t in self.tracks]),
+        )
         fractions = self._fractions(values, contact)
-        out = march(rig, contact, fractions, plan(drives), (low, high))
+        out = march(rig, contact, fractions, plan(drives), strokes)
         return {quantity: series[: self.samples] for quantity, series in out.items()}
 
     def _fractions(self, values: Mapping[str, Array], like: Array) -> Array:
@@ -74,16 +71,19 @@ class SlowGroup(AbstractGroup):
         return jnp.stack(rows)
 
 
-@dataclasses.dataclass(frozen=True)
 class ReleaseGroup(AbstractGroup):
     """Quick releases: swung out step by step from the instant of release."""
+
+    tracks: tuple[Track, ...]
+    effects: tuple[type[AbstractEffect], ...] = eqx.field(static=True)
+    quantities: ClassVar[tuple[str, ...]] = ("acceleration",)
 
     def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
         """Return the acceleration, 0 before the release."""
         rig = build_rig(self.effects, scoped(values, self.tracks[0].scope))
         preload = jnp.stack([values[f"preload[{t.label}]"] for t in self.tracks])
         delay = jnp.stack([
-            t.times[t.onset] - values[f"release_time[{t.label}]"] for t in self.tracks
+            t.onset_time - values[f"release_time[{t.label}]"] for t in self.tracks
         ])
         longest = max(t.samples - t.onset for t in self.tracks)
         swing = ring(rig, preload, delay, self.tracks[0].interval, longest)

@@ -6,14 +6,21 @@ that a channel counts as many facts as it holds (see `rigid.correlation`).
 """
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 
+import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
 from rigid import noise
 from rigid.groups import AbstractGroup
+from rigid.tracks import Series
+
+BLOCK = 64
+"""Samples summed at a time; a block of all tracks and walkers stays in the processor's cache."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -40,8 +47,7 @@ class SensorSheet:
         return noise.Spread(self.gain_sd, self.zero_sd)
 
 
-@dataclasses.dataclass(frozen=True)
-class Piece:
+class Piece(eqx.Module):
     """One quantity of one group of records.
 
     - `group`: its number. - `quantity`. - `sheet`: of its sensors.
@@ -49,13 +55,13 @@ class Piece:
     - `data`, `weight` (samples, len(tracks)).
     """
 
-    group: int
-    quantity: str
-    sheet: SensorSheet
-    tracks: tuple[int, ...]
-    cylinders: tuple[str, ...]
-    data: np.ndarray
-    weight: np.ndarray
+    group: int = eqx.field(static=True)
+    quantity: str = eqx.field(static=True)
+    sheet: SensorSheet = eqx.field(static=True)
+    tracks: tuple[int, ...] = eqx.field(static=True)
+    cylinders: tuple[str, ...] = eqx.field(static=True)
+    data: Array = eqx.field(converter=jnp.asarray)
+    weight: Array = eqx.field(converter=jnp.asarray)
 
     def sensor(self, i: int) -> str:
         """Label of the sensor that read track `i` of the piece: "quantity,cylinder"."""
@@ -67,26 +73,60 @@ class Piece:
 
     def reading(self, predictions: list[dict[str, Array]]) -> Array:
         """Ideal readings (samples, tracks, walkers)."""
-        return predictions[self.group][self.quantity][:, np.array(self.tracks)]
+        series = predictions[self.group][self.quantity]
+        everything = self.tracks == tuple(range(series.shape[1]))
+        return series if everything else series[:, np.array(self.tracks)]
+
+    def summed(self, terms: Callable, reading: Array) -> tuple[Array, ...]:
+        """Sum `terms(data, weight, reading)` over all samples, a block that fits the cache at a time.
+
+        - `terms`: returns a tuple of arrays (tracks, walkers), summed over the first axis of its
+          arguments. - `reading` (samples, tracks, walkers).
+        """
+        blocks = -(-self.data.shape[0] // BLOCK)
+        room = blocks * BLOCK - self.data.shape[0]
+
+        def cut(series: Array) -> Array:
+            padded = jnp.pad(series, ((0, room),) + ((0, 0),) * (series.ndim - 1))
+            return padded.reshape(blocks, BLOCK, *series.shape[1:])
+
+        series = (self.data[..., None], self.weight[..., None], reading)
+        like = jax.eval_shape(terms, *(s[:1] for s in series))
+        start = tuple(jnp.zeros(x.shape) for x in like)
+
+        def add(sums: tuple, block: tuple) -> tuple[tuple, None]:
+            return tuple(a + b for a, b in zip(sums, terms(*block), strict=True)), None
+
+        return jax.lax.scan(add, start, tuple(cut(s) for s in series))[0]
 
 
 def make_pieces(
-    groups: tuple[AbstractGroup, ...], sheets: Mapping[str, SensorSheet]
+    groups: tuple[AbstractGroup, ...],
+    series: Mapping[str, Series],
+    sheets: Mapping[str, SensorSheet],
 ) -> tuple[Piece, ...]:
-    """List what there is to explain, quantity by quantity in every group."""
+    """List what there is to explain, quantity by quantity in every group.
+
+    - `series`: what was read, by the label of the track.
+    """
     pieces = []
     for number, group in enumerate(groups):
-        for quantity, sheet in sheets.items():
-            weight = group.stacked("weight", quantity)
-            tracks = tuple(int(i) for i in np.flatnonzero(weight.any(axis=0)))
-            explained = ("acceleration",) if group.tracks[0].onset is not None else (
-                "load", "stroke", "pressure")
-            if not tracks or quantity not in explained:
+        read = [series[t.label] for t in group.tracks]
+        for quantity in group.quantities:
+            tracks = tuple(i for i, s in enumerate(read) if s.has(quantity))
+            if not tracks:
                 continue
-            data = group.stacked("data", quantity)[:, tracks]
-            cylinders = tuple(group.tracks[i].cylinder for i in tracks)
+            data = [read[i].padded(quantity, group.samples) for i in tracks]
             pieces.append(
-                Piece(number, quantity, sheet, tracks, cylinders, data, weight[:, tracks])
+                Piece(
+                    number,
+                    quantity,
+                    sheets[quantity],
+                    tracks,
+                    tuple(group.tracks[i].cylinder for i in tracks),
+                    np.stack([d for d, _ in data], axis=1),
+                    np.stack([w for _, w in data], axis=1),
+                )
             )
     return tuple(pieces)
 
@@ -98,13 +138,9 @@ def calibrations(
     sums: dict[str, noise.Sums] = {}
     spreads = {}
     for piece in pieces:
-        m = piece.reading(predictions)
         variance = piece.sigma(values) ** 2 + piece.sheet.step**2 / 12.0
-        w = jnp.asarray(piece.weight)[..., None]
-        r = jnp.asarray(piece.data)[..., None] - m
-        sums_here = noise.Sums(
-            *(noise.total(w * x) / variance for x in (jnp.ones_like(m), m, m * m, r, r * m))
-        )
+        sums_here = piece.summed(noise.moments, piece.reading(predictions))
+        sums_here = noise.Sums(*(x / variance for x in sums_here))
         for i in range(len(piece.tracks)):
             label = piece.sensor(i)
             mine = noise.Sums(*(x[i] for x in sums_here))
@@ -137,15 +173,17 @@ def fitted(
     expansions: dict[str, noise.Quadratic] = {}
     spreads, tracks = {}, {}
     for piece in pieces:
-        m, sigma = piece.reading(predictions), piece.sigma(values)
         labels = [piece.sensor(i) for i in range(len(piece.tracks))]
-        gain = jnp.stack([at[label].gain for label in labels])
-        zero = jnp.stack([at[label].zero for label in labels])
-        r = jnp.asarray(piece.data)[..., None] - (1.0 + gain) * m - zero
-        point = noise.sample(r, sigma, piece.sheet.step, piece.sheet.noise)
-        total = noise.quadratic(point, m, jnp.asarray(piece.weight)[..., None])
+        law = noise.sample_law(piece.sigma(values), piece.sheet.step, piece.sheet.noise)
+        expand = partial(
+            noise.quadratic,
+            law,
+            jnp.stack([at[label].gain for label in labels]),
+            jnp.stack([at[label].zero for label in labels]),
+        )
+        sums = piece.summed(expand, piece.reading(predictions))
         for i, label in enumerate(labels):
-            mine = noise.Quadratic(*(x[i] for x in total))
+            mine = noise.Quadratic(*(x[i] for x in sums))
             expansions[label] = mine + expansions[label] if label in expansions else mine
             spreads[label] = piece.sheet.spread
             key = (piece.group, piece.tracks[i])
@@ -170,7 +208,7 @@ def deviance_residuals(
         labels = [piece.sensor(i) for i in range(len(piece.tracks))]
         gain = jnp.stack([corrections[label].gain for label in labels])
         zero = jnp.stack([corrections[label].zero for label in labels])
-        r = jnp.asarray(piece.data)[..., None] - (1.0 + gain) * m - zero
+        r = piece.data[..., None] - (1.0 + gain) * m - zero
         deviance = noise.deviance_residual(r, sigma, piece.sheet.step, piece.sheet.noise)
-        rows.append((jnp.sqrt(jnp.asarray(piece.weight))[..., None] * deviance)[..., 0].ravel())
+        rows.append((jnp.sqrt(piece.weight)[..., None] * deviance)[..., 0].ravel())
     return jnp.concatenate(rows)

@@ -6,6 +6,8 @@ log-likelihood is concave in both, and with thousands of samples Gaussian around
 (Laplace); the maximum is found by least squares and one Newton step (`marginal`).
 """
 
+from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -31,11 +33,15 @@ def gaussian(residual: Array, sigma: Array, step: float) -> Point:
     return Point(value, residual / variance, -1.0 / variance + 0.0 * residual)
 
 
-def sample(residual: Array, sigma: Array, step: float, sheet_noise: float) -> Point:
-    """Log-probability of samples; the step against the noise of the sensor's sheet decides how."""
+def sample_law(sigma: Array, step: float, sheet_noise: float) -> Callable[[Array], Point]:
+    """Return the log-probability of samples as a function of their residuals.
+
+    - `sigma`: noise, `step`: of the converter, in the unit of the residuals. - `sheet_noise`: the
+      sensor's sheet; the step against it decides between interval and density.
+    """
     if step > FINE_STEP * sheet_noise:
-        return curve(sigma, step)(residual)
-    return gaussian(residual, sigma, step)
+        return curve(sigma, step)
+    return partial(gaussian, sigma=sigma, step=step)
 
 
 class Sums(NamedTuple):
@@ -95,8 +101,23 @@ def total(terms: Array) -> Array:
     return jnp.tensordot(jnp.ones(terms.shape[0]), terms, 1)
 
 
-def quadratic(point: Point, reading: Array, weight: Array) -> Quadratic:
-    """Sum samples over the first axis, each with its `weight`, into an expansion in gain and zero."""
+def moments(data: Array, weight: Array, reading: Array) -> Sums:
+    """Least-squares sums of samples over the first axis."""
+    r, wm = data - reading, weight * reading
+    one = jnp.broadcast_to(weight, reading.shape)
+    return Sums(total(one), total(wm), total(wm * reading), total(weight * r), total(wm * r))
+
+
+def quadratic(
+    law: Callable[[Array], Point],
+    gain: Array,
+    zero: Array,
+    data: Array,
+    weight: Array,
+    reading: Array,
+) -> Quadratic:
+    """Sum samples over the first axis into an expansion in gain and zero around given ones."""
+    point = law(data - (1.0 + gain) * reading - zero)
     slope, bend = weight * point.slope, -weight * point.curvature
     return Quadratic(
         total(weight * point.value),

@@ -1,9 +1,9 @@
 """The list of uncertain numbers of a fit: labels, laws, and the map from z to SI values."""
 
-import dataclasses
 import difflib
 from collections.abc import Iterable, Mapping, Sequence
 
+import equinox as eqx
 import jax.numpy as jnp
 from jax import Array
 
@@ -11,18 +11,20 @@ from rigid.errors import InputError
 from rigid.priors import AbstractLaw
 
 
-@dataclasses.dataclass(frozen=True)
-class Parameter:
+class Parameter(eqx.Module):
     """One uncertain number.
 
     - `label`: its flat name, `k_LC`, `kappa[free-run-2,A]`.
     - `symbol`: TeX. - `unit`: SI. - `law`: its prior.
+    - `varies`: whether it is one of several values of a number that varies by kind, cylinder or
+      record.
     """
 
-    label: str
-    symbol: str
-    unit: str
+    label: str = eqx.field(static=True)
+    symbol: str = eqx.field(static=True)
+    unit: str = eqx.field(static=True)
     law: AbstractLaw
+    varies: bool = eqx.field(static=True, default=False)
 
     @property
     def base(self) -> str:
@@ -30,8 +32,7 @@ class Parameter:
         return self.label.split("[")[0]
 
 
-@dataclasses.dataclass(frozen=True)
-class Parameters:
+class Parameters(eqx.Module):
     """All uncertain numbers of a fit, in the order of the sampler's vector z; known ones apart."""
 
     sampled: tuple[Parameter, ...]
@@ -73,8 +74,8 @@ def scoped(values: Mapping[str, Array], scope: Sequence[str]) -> dict[str, Array
     """
     seen = dict(values)
     for label, value in values.items():
-        base, _, rest = label.partition("[")
-        if rest and rest[:-1] in scope:
+        base, _, rest = label.rpartition("[")
+        if base and rest[:-1] in scope:
             seen[base] = value
     return seen
 

@@ -6,7 +6,7 @@ on z, where every prior is the same.
 
 from abc import abstractmethod
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -14,6 +14,11 @@ from jax import Array
 from jax.scipy.special import ndtr, ndtri
 
 from rigid.errors import InputError
+
+
+def argument() -> Any:
+    """Declare an argument of a law; an array, so that programs do not depend on its value."""
+    return eqx.field(converter=jnp.asarray)
 
 
 class AbstractLaw(eqx.Module):
@@ -34,8 +39,8 @@ class AbstractLaw(eqx.Module):
 class Lognormal(AbstractLaw):
     """One standard deviation is a `factor` up or down from the `median`."""
 
-    median: float
-    factor: float
+    median: Array = argument()
+    factor: Array = argument()
     name: ClassVar[str] = "lognormal"
 
     def __check_init__(self):
@@ -51,8 +56,8 @@ class Lognormal(AbstractLaw):
 class Normal(AbstractLaw):
     """Gaussian of given `mean` and `sd`; an sd of 0 is a known value."""
 
-    mean: float
-    sd: float
+    mean: Array = argument()
+    sd: Array = argument()
     name: ClassVar[str] = "normal"
 
     def __check_init__(self):
@@ -67,16 +72,16 @@ class Normal(AbstractLaw):
     @property
     def known(self) -> bool:
         """Whether the width is 0."""
-        return self.sd == 0.0
+        return bool(self.sd == 0.0)
 
 
 class TruncatedNormal(AbstractLaw):
     """Gaussian of `mean` and `sd`, cut to between `low` and `high`."""
 
-    mean: float
-    sd: float
-    low: float
-    high: float
+    mean: Array = argument()
+    sd: Array = argument()
+    low: Array = argument()
+    high: Array = argument()
     name: ClassVar[str] = "truncated_normal"
 
     def __check_init__(self):
@@ -94,8 +99,8 @@ class TruncatedNormal(AbstractLaw):
 class Uniform(AbstractLaw):
     """All values between `low` and `high` alike."""
 
-    low: float
-    high: float
+    low: Array = argument()
+    high: Array = argument()
     name: ClassVar[str] = "uniform"
 
     def __check_init__(self):
@@ -111,8 +116,8 @@ class Uniform(AbstractLaw):
 class LogUniform(AbstractLaw):
     """All orders of magnitude between `low` and `high` alike."""
 
-    low: float
-    high: float
+    low: Array = argument()
+    high: Array = argument()
     name: ClassVar[str] = "loguniform"
 
     def __check_init__(self):
@@ -128,7 +133,7 @@ class LogUniform(AbstractLaw):
 class Fixed(AbstractLaw):
     """A known value."""
 
-    value: float
+    value: Array = argument()
     name: ClassVar[str] = "fixed"
 
     def from_standard(self, z: Array) -> Array:

@@ -1,10 +1,8 @@
 """Rig, records, noise and priors put together: predictions and the log-posterior of z."""
 
-import dataclasses
 from collections.abc import Mapping
-from functools import cached_property
 
-import jax
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
@@ -19,8 +17,7 @@ from rigid.rig import Rig, build_rig
 LOG_2PI = 1.8378770664093453
 
 
-@dataclasses.dataclass(frozen=True)
-class Problem:
+class Problem(eqx.Module):
     """All that a fit needs, immutable.
 
     - `effects`: classes of what acts on the rig. - `parameters`: the uncertain numbers.
@@ -29,7 +26,7 @@ class Problem:
     Arrays of parameters are (walkers, size) in z, (walkers,) by label in SI.
     """
 
-    effects: tuple[type[AbstractEffect], ...]
+    effects: tuple[type[AbstractEffect], ...] = eqx.field(static=True)
     parameters: Parameters
     groups: tuple[AbstractGroup, ...]
     pieces: tuple[Piece, ...]
@@ -49,12 +46,7 @@ class Problem:
         value = self.fitted(z).value + prior
         return jnp.where(jnp.isfinite(value), value, -jnp.inf)
 
-    @cached_property
-    def compiled_log_posterior(self):
-        """`log_posterior` as one compiled program (one for each number of walkers)."""
-        return jax.jit(self.log_posterior)
-
-    @cached_property
+    @property
     def sensors(self) -> tuple[str, ...]:
         """Labels of the sensors, "quantity,cylinder", in order."""
         return tuple(
@@ -85,17 +77,23 @@ class Problem:
         )
         return jnp.concatenate([rows, z, standard.ravel()])
 
-    def with_weights(self, factor: Mapping[tuple[int, str], np.ndarray]) -> "Problem":
-        """Return the same problem with weights of a piece's tracks multiplied by (tracks,) factors.
-
-        - `factor`: by (group, quantity).
-        """
-        pieces = tuple(
-            dataclasses.replace(p, weight=p.weight * factor.get((p.group, p.quantity), 1.0))
-            for p in self.pieces
-        )
-        return dataclasses.replace(self, pieces=pieces)
+    def with_weights(self, weights: Mapping[tuple[int, str], np.ndarray]) -> "Problem":
+        """Return the same problem with other weights, by (group, quantity)."""
+        new = [jnp.asarray(weights[p.group, p.quantity]) for p in self.pieces]
+        return eqx.tree_at(lambda q: [p.weight for p in q.pieces], self, new)
 
     def rig(self, values: Mapping[str, Array], group: int = 0) -> Rig:
         """Return the rig as a group of records sees it."""
         return build_rig(self.effects, scoped(values, self.groups[group].tracks[0].scope))
+
+
+@eqx.filter_jit
+def log_posterior(problem: Problem, z: Array) -> Array:
+    """`problem.log_posterior`, compiled once for all problems of the same shape."""
+    return problem.log_posterior(z)
+
+
+@eqx.filter_jit
+def predict(problem: Problem, z: Array) -> list[dict[str, Array]]:
+    """Ideal readings at z (walkers, size), compiled."""
+    return problem.predict(problem.parameters.values(z))

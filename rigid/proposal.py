@@ -145,26 +145,23 @@ def mode_weights(
     - log_prob: (n, d) -> (n,), unnormalised log posterior
     - draws: number of points drawn from the law over each mode
 
-    Every draw is weighted with the mixture of all laws (deterministic-mixture importance
-    sampling), and shared out between the modes by the probability that it belongs to each under
-    Laplace's weights: the shares of a point sum to one, so what two overlapping modes both cover
-    is counted once.
+    Every draw is weighted with the mixture of all laws, and shared out between the modes by the
+    probability of each under Laplace's weights: shares sum to one, so that what two overlapping
+    modes both cover is counted once.
 
     Raises UnusableResultError when no draw has a finite log posterior.
-
-    Source: Owen and Zhou (2000), "Safe and effective importance sampling"; Vehtari et al. (2024),
-    "Pareto smoothed importance sampling", for the tail.
+    Source: Owen and Zhou (2000), "Safe and effective importance sampling".
     """
     k = len(modes)
-    each = [MixtureProposal((mode,), np.ones(1), dof).sample(rng, draws) for mode in modes]
-    z = np.concatenate(each)
+    laws = [MixtureProposal((mode,), np.ones(1), dof) for mode in modes]
+    z = np.concatenate([law.sample(rng, draws) for law in laws])
     raw = np.asarray(log_prob(z), dtype=float)
-    usable = ~np.isnan(raw) & (raw != np.inf)
-    log_weight = np.where(usable, raw, -np.inf)
+    failed = np.isnan(raw) | (raw == np.inf)
+    log_weight = np.where(failed, -np.inf, raw)
     if not np.any(np.isfinite(log_weight)):
         raise UnusableResultError(
-            f"none of {len(z)} points drawn around the {k} best fit(s) has a finite posterior; "
-            "the covariance of the best fit is wrong or the model fails next to it"
+            f"none of {len(z)} points drawn around the best fits has a finite posterior: their "
+            "covariance is wrong, or the model fails next to them"
         )
     log_weight = log_weight - MixtureProposal(modes, np.ones(k), dof).log_density(z)
     weight = np.exp(log_weight - log_weight.max())
@@ -178,7 +175,7 @@ def mode_weights(
         log_evidence=float(np.logaddexp.reduce(log_weight) - np.log(len(z))),
         kish=float(weight.sum() ** 2 / (len(z) * np.sum(weight**2))),
         pareto_k=pareto_shape(weight),
-        failed=int(np.sum(~usable)),
+        failed=int(np.sum(failed)),
     )
 
 

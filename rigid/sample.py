@@ -93,17 +93,13 @@ class Draws:
         return replace(self, z=self.z[:, last], log_prob=self.log_prob[:, last])
 
 
-def _silent(status: Status) -> None:
-    """Report nothing."""
-
-
 def sample(
     log_prob: LogProb,
     proposal: MixtureProposal,
     settings: Settings,
     monitor: Monitor | None = None,
     checkpoint: Checkpoint | None = None,
-    report: Callable[[Status], None] = _silent,
+    report: Callable[[Status], None] = lambda _: None,
 ) -> Draws:
     """Draw from the posterior until the stopping rule is met or `settings.max_steps` are done.
 
@@ -111,28 +107,23 @@ def sample(
     - proposal: where walkers begin and half of their steps come from
     - monitor: z (n, d), n the same at every call -> further quantities (n,) by name that must also
       have converged
-    - checkpoint: open; each block is put there, and what it holds already is gone on with, with
-      the proposal it was begun with
+    - checkpoint: open; takes each block, and what it holds is gone on with, proposal included
     - report: called after each block
 
-    The result depends on the seed and not on the number of threads, nor on an interruption: that
-    leaves the checkpoint at the last complete block.
+    The result does not depend on the number of threads, nor on an interruption.
 
     Raises InputError for settings that cannot work, UnusableResultError when no start is found.
     """
     _check(settings, proposal.dimension)
-    blocks: list[Block] = []
     layout = _layout(settings, proposal.dimension)
     if checkpoint is not None:
         checkpoint.begin(layout, proposal)
         proposal = checkpoint.proposal or proposal
-        blocks = checkpoint.read()
     watch = _Watch(settings, proposal, monitor, report)
-    for block in blocks:
+    for block in checkpoint.read() if checkpoint is not None else ():
         watch.add(block)
-    threads = min(settings.ensembles, cores())
-    with ThreadPoolExecutor(threads) as pool:
-        ensemble = Ensemble(log_prob, proposal, layout)
+    ensemble = Ensemble(log_prob, proposal, layout)
+    with ThreadPoolExecutor(min(settings.ensembles, cores())) as pool:
         over = watch.finished()
         while not over:
             block = _next_block(pool, ensemble, watch.blocks)
@@ -153,8 +144,8 @@ def _check(settings: Settings, d: int) -> None:
     least = {"ensembles": 2, "walkers": max(2 * d, 8), "block": 10, "max_steps": 2 * settings.block}
     for key, bound in least.items():
         if getattr(settings, key) < bound:
-            why = f" (twice the {d} parameters)" if key == "walkers" and bound > 8 else ""
-            found = getattr(settings, key)
+            found, twice = getattr(settings, key), key == "walkers" and bound > 8
+            why = f" (twice the {d} parameters)" if twice else ""
             raise InputError(f"[sampler] {key} = {found}: must be at least {bound}{why}")
     if settings.walkers % 2:
         raise InputError(f"[sampler] walkers = {settings.walkers}: must be even")
@@ -293,10 +284,9 @@ class _Watch:
 
 
 def _time_to_look(blocks: int) -> bool:
-    """After each of the first blocks, then each time the chain has grown by a tenth.
+    """After each of the first blocks, then whenever the chain has grown by a tenth.
 
-    It depends on the number of blocks alone, so that a resumed run looks where an uninterrupted
-    one does.
+    By the number of blocks alone: a resumed run looks where an uninterrupted one does.
     """
     look = 2
     while look < blocks:

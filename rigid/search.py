@@ -11,6 +11,7 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import lineax
@@ -19,8 +20,9 @@ import optimistix
 from jax import Array
 
 from rigid.correlation import Autoregression, autoregression
-from rigid.noise import sample
-from rigid.problem import Problem
+from rigid.likelihood import fitted
+from rigid.noise import sample_law
+from rigid.problem import Problem, log_posterior
 
 TOLERANCE = 1e-5
 """On z; the best-known parameters have posterior sds of 1e-3 and more in z."""
@@ -66,53 +68,47 @@ class Found:
     levels: np.ndarray
 
 
-class _Solver:
-    """Levenberg-Marquardt on one problem, compiled once; noise levels are held."""
+def split(problem: Problem, w: Array, z_noise: Array) -> tuple[Array, Array]:
+    """Part a solver's vector into z (size,), noise levels put in, and gains and zeros."""
+    noisy = is_noise(problem)
+    free = np.flatnonzero(~noisy)
+    z = jnp.zeros(problem.parameters.size).at[free].set(w[: len(free)])
+    z = z.at[np.flatnonzero(noisy)].set(z_noise)
+    return z, w[len(free) :].reshape(-1, 2)
 
-    def __init__(self, problem: Problem):
-        self.noise = np.array([p.base == "noise" for p in problem.parameters.sampled])
-        self.free = np.flatnonzero(~self.noise)
-        self.size = problem.parameters.size
-        self.shape = (len(problem.sensors), 2)
 
-        def split(w: Array, z_noise: Array) -> tuple[Array, Array]:
-            z = jnp.zeros(self.size).at[self.free].set(w[: len(self.free)])
-            z = z.at[np.flatnonzero(self.noise)].set(z_noise)
-            return z, w[len(self.free) :].reshape(self.shape)
+def joined(problem: Problem, z: np.ndarray, standard: np.ndarray) -> np.ndarray:
+    """Solver's vector of z, its noise levels left out, and gains and zeros (sensors, 2)."""
+    return np.concatenate([z[~is_noise(problem)], standard.ravel()])
 
-        def residuals(w: Array, arguments: tuple[Array, tuple[Array, ...]]) -> Array:
-            z_noise, weights = arguments
-            pieces = tuple(
-                dataclasses.replace(p, weight=weight)
-                for p, weight in zip(problem.pieces, weights, strict=True)
-            )
-            return dataclasses.replace(problem, pieces=pieces).residuals(*split(w, z_noise))
 
-        solver = optimistix.LevenbergMarquardt(
-            rtol=TOLERANCE, atol=TOLERANCE, linear_solver=lineax.Normal(lineax.Cholesky())
-        )
+def is_noise(problem: Problem) -> np.ndarray:
+    """Which entries of z are noise levels (size,)."""
+    return np.array([p.base == "noise" for p in problem.parameters.sampled])
 
-        def solve(w: Array, arguments: tuple) -> tuple[Array, Array]:
-            found = optimistix.least_squares(
-                residuals, solver, w, args=arguments, max_steps=MAX_STEPS, throw=False
-            )
-            return found.value, 0.5 * jnp.sum(residuals(found.value, arguments) ** 2)
 
-        def information(w: Array, arguments: tuple) -> Array:
-            slope = jax.jacfwd(residuals)(w, arguments)
-            return slope.T @ slope
+def _residuals(w: Array, arguments: tuple[Problem, Array]) -> Array:
+    problem, z_noise = arguments
+    return problem.residuals(*split(problem, w, z_noise))
 
-        self.solve, self.information = jax.jit(solve), jax.jit(information)
-        self._split = jax.jit(split)
 
-    def start(self, z: np.ndarray, standard: np.ndarray) -> np.ndarray:
-        """Vector of the solver from z and the sensors' standard values."""
-        return np.concatenate([z[self.free], standard.ravel()])
+@eqx.filter_jit
+def solve(problem: Problem, w: Array, z_noise: Array) -> tuple[Array, Array]:
+    """Lead a solver's vector to an optimum at given noise levels; it and half its sum of squares."""
+    solver = optimistix.LevenbergMarquardt(
+        rtol=TOLERANCE, atol=TOLERANCE, linear_solver=lineax.QR()
+    )
+    found = optimistix.least_squares(
+        _residuals, solver, w, args=(problem, z_noise), max_steps=MAX_STEPS, throw=False
+    )
+    return found.value, 0.5 * jnp.sum(found.state.f_info.residual ** 2)
 
-    def split(self, w: np.ndarray, z_noise: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Parts of the solver's vector: z and the sensors' standard values."""
-        z, standard = self._split(w, z_noise)
-        return np.asarray(z), np.asarray(standard)
+
+@eqx.filter_jit
+def information(problem: Problem, w: Array, z_noise: Array) -> Array:
+    """Information matrix at a solver's vector, prior included."""
+    slope = jax.jacfwd(_residuals)(w, (problem, z_noise))
+    return slope.T @ slope
 
 
 def search(
@@ -122,141 +118,156 @@ def search(
 
     - `report(done)` is called after each start.
     """
-    solver = _Solver(problem)
     rng = np.random.default_rng(seed)
     first = rng.standard_normal((starts, problem.parameters.size))
     first[0] = 0.0
-    z_noise = np.zeros(int(solver.noise.sum()))
-    weights = tuple(p.weight for p in problem.pieces)
-    zero = np.zeros(solver.shape)
-    begin = [solver.start(z, zero) for z in first]
+    z_noise = np.zeros(int(is_noise(problem).sum()))
+    zero = np.zeros((len(problem.sensors), 2))
 
-    def run(w: np.ndarray) -> tuple[np.ndarray, float]:
-        end, level = solver.solve(w, (z_noise, weights))
+    def run(z: np.ndarray) -> tuple[np.ndarray, float]:
+        end, level = solve(problem, jnp.asarray(joined(problem, z, zero)), jnp.asarray(z_noise))
         return np.asarray(end), float(level)
 
-    ends = []
+    ends = [run(first[0])]
+    report(1)
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
-        for done, outcome in enumerate(pool.map(run, begin), start=1):
+        for done, outcome in enumerate(pool.map(run, first[1:]), start=2):
             ends.append(outcome)
             report(done)
     levels = np.array([level if np.isfinite(level) else np.inf for _, level in ends])
-    return _refined(problem, solver, [end for end, _ in ends], levels, z_noise)
+    return _refined(problem, [end for end, _ in ends], levels, z_noise)
 
 
 def _refined(
-    problem: Problem,
-    solver: _Solver,
-    ends: list[np.ndarray],
-    levels: np.ndarray,
-    z_noise: np.ndarray,
+    problem: Problem, ends: list[np.ndarray], levels: np.ndarray, z_noise: np.ndarray
 ) -> Found:
     """Bring noise and correlation up to date at the best end, then refine all good ends."""
     best = ends[int(np.argmin(levels))]
     plain = problem
-    correlation: dict = {}
     for _ in range(REFINEMENTS):
-        z, standard = solver.split(best, z_noise)
+        z, standard = (np.asarray(part) for part in split(plain, best, z_noise))
         z = fit_noise(plain, z)
-        z_noise = z[solver.noise]
+        z_noise = z[is_noise(plain)]
         correlation = score_correlation(plain, z)
-        problem = plain.with_weights(_weight_factors(plain, correlation))
-        arguments = (z_noise, tuple(p.weight for p in problem.pieces))
-        best = np.asarray(solver.solve(solver.start(z, standard), arguments)[0])
+        problem = plain.with_weights(_weights(plain, correlation))
+        begin = jnp.asarray(joined(plain, z, standard))
+        best = np.asarray(solve(problem, begin, jnp.asarray(z_noise))[0])
     good = [w for w, level in zip(ends, levels, strict=True) if np.isfinite(level)]
-    distinct = _distinct(solver, [best, *good], arguments)
-    optima = [_optimum(problem, solver, w, arguments, n) for w, n in distinct]
+    optima = [_optimum(problem, *f, z_noise) for f in _distinct(problem, [best, *good], z_noise)]
     optima.sort(key=lambda o: -o.log_posterior)
     kept = tuple(o for o in optima if o.log_posterior > optima[0].log_posterior - KEEP_WITHIN)
     return Found(problem, kept, correlation, len(ends), levels)
 
 
-def _distinct(solver: _Solver, ends: list[np.ndarray], arguments: tuple) -> list:
-    """Refine the first end and those that are no copies of it; count how many starts reached each."""
+def _distinct(problem: Problem, ends: list[np.ndarray], z_noise: np.ndarray) -> list[list]:
+    """Refine the first end and all that are no copies of it.
+
+    Returns end, number of starts that reached it and information, for each that is good enough.
+    """
     found: list[list] = []
-    floor = None
-    for w in ends:
-        near = [f for f in found if _distance(f[0], w, f[2]) < SAME_WITHIN]
-        if near:
-            near[0][1] += 1
-            continue
-        end, level = solver.solve(w, arguments)
-        end, level = np.asarray(end), float(level)
-        floor = level if floor is None else min(floor, level)
-        near = [f for f in found if _distance(f[0], end, f[2]) < SAME_WITHIN]
-        if near:
-            near[0][1] += 1
-        elif level < floor + KEEP_WITHIN:
-            found.append([end, 0 if not found else 1, np.asarray(solver.information(end, arguments))])
-    return [(w, n) for w, n, _ in found]
+    floor = np.inf
+    for number, w in enumerate(ends):
+        near = next((f for f in found if _distance(f[0], w, f[2]) < SAME_WITHIN), None)
+        if near is None:
+            end, level = solve(problem, jnp.asarray(w), jnp.asarray(z_noise))
+            end, level = np.asarray(end), float(level)
+            floor = min(floor, level)
+            near = next((f for f in found if _distance(f[0], end, f[2]) < SAME_WITHIN), None)
+            if near is None and level < floor + KEEP_WITHIN:
+                known = np.asarray(information(problem, jnp.asarray(end), jnp.asarray(z_noise)))
+                near = [end, 0, known]
+                found.append(near)
+        if near is not None and number > 0:
+            near[1] += 1
+    return found
 
 
-def _distance(a: np.ndarray, b: np.ndarray, information: np.ndarray) -> float:
+def _distance(a: np.ndarray, b: np.ndarray, known: np.ndarray) -> float:
     """Root mean square over the parameters of b - a in standard deviations at a."""
-    return float(np.sqrt((b - a) @ information @ (b - a) / len(a)))
+    return float(np.sqrt((b - a) @ known @ (b - a) / len(a)))
 
 
 def _optimum(
-    problem: Problem, solver: _Solver, w: np.ndarray, arguments: tuple, reached: int
+    problem: Problem, w: np.ndarray, reached: int, known: np.ndarray, z_noise: np.ndarray
 ) -> Optimum:
     """Lay the Gaussian law around an end of the solver."""
-    z, standard = solver.split(w, arguments[0])
-    covariance = np.zeros((solver.size, solver.size))
-    inverse = np.linalg.inv(np.asarray(solver.information(w, arguments)))
-    free = solver.free
-    covariance[np.ix_(free, free)] = inverse[: len(free), : len(free)]
-    noise = np.flatnonzero(solver.noise)
-    bend = noise_curvature(problem, z, noise)[1]
-    covariance[noise, noise] = 1.0 / np.maximum(bend, 1.0)
-    value = float(problem.compiled_log_posterior(z[None])[0])
+    z, standard = (np.asarray(part) for part in split(problem, w, z_noise))
+    covariance = np.zeros((len(z), len(z)))
+    free, noisy = np.flatnonzero(~is_noise(problem)), np.flatnonzero(is_noise(problem))
+    covariance[np.ix_(free, free)] = np.linalg.inv(known)[: len(free), : len(free)]
+    covariance[noisy, noisy] = 1.0 / np.maximum(noise_curvature(problem, z)[1], 1.0)
+    value = float(log_posterior(problem, jnp.asarray(z)[None])[0])
     return Optimum(z, standard, covariance, value, reached)
 
 
-def noise_curvature(
-    problem: Problem, z: np.ndarray, noise: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def noise_curvature(problem: Problem, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Slope and minus the curvature of the log-posterior along each noise level, by differences."""
+    noise = np.flatnonzero(is_noise(problem))
     step = np.zeros((2 * len(noise) + 1, len(z)))
     rows = np.arange(len(noise))
     step[2 * rows + 1, noise], step[2 * rows + 2, noise] = NOISE_STEP, -NOISE_STEP
-    value = np.asarray(problem.compiled_log_posterior(z + step))
+    value = np.asarray(log_posterior(problem, jnp.asarray(z + step)))
     up, down = value[1::2], value[2::2]
     return (up - down) / (2 * NOISE_STEP), -(up - 2 * value[0] + down) / NOISE_STEP**2
 
 
 def fit_noise(problem: Problem, z: np.ndarray) -> np.ndarray:
     """Move the noise levels in z to their most probable values, the rest held, by Newton steps."""
-    noise = np.flatnonzero([p.base == "noise" for p in problem.parameters.sampled])
+    noise = is_noise(problem)
     z = z.copy()
     for _ in range(NOISE_ITERATIONS):
-        slope, bend = noise_curvature(problem, z, noise)
+        slope, bend = noise_curvature(problem, z)
         z[noise] += np.clip(slope / np.maximum(bend, 1.0), -1.0, 1.0)
     return z
 
 
-def score_correlation(problem: Problem, z: np.ndarray) -> dict[tuple[int, str, int], Autoregression]:
-    """Autoregression of the scores of every channel at z, by (group, quantity, track)."""
-    values = problem.parameters.values(jnp.asarray(z)[None])
+@eqx.filter_jit
+def scores(problem: Problem, z: Array) -> list[Array]:
+    """Slope of every sample's log-likelihood by its expected reading at z (size,), by piece."""
+    values = problem.parameters.values(z[None])
     predictions = problem.predict(values)
-    sensors = problem.fitted(jnp.asarray(z)[None]).sensors
-    out = {}
+    sensors = fitted(problem.pieces, predictions, values).sensors
+    out = []
     for piece in problem.pieces:
         m, sigma = piece.reading(predictions), piece.sigma(values)
+        best = [sensors[piece.sensor(i)].best for i in range(len(piece.tracks))]
+        gain = jnp.stack([b.gain for b in best])
+        zero = jnp.stack([b.zero for b in best])
+        r = piece.data[..., None] - (1.0 + gain) * m - zero
+        out.append(sample_law(sigma, piece.sheet.step, piece.sheet.noise)(r).slope[..., 0])
+    return out
+
+
+def score_correlation(problem: Problem, z: np.ndarray) -> dict[tuple[int, str, int], Autoregression]:
+    """Autoregression of the scores of every channel at z, by (group, quantity, track)."""
+    out = {}
+    for piece, score in zip(problem.pieces, scores(problem, jnp.asarray(z)), strict=True):
         for i, track in enumerate(piece.tracks):
-            best = sensors[piece.sensor(i)].best
-            r = piece.data[:, i] - (1.0 + best.gain) * m[:, i, 0] - best.zero
-            score = sample(r, sigma[i, 0], piece.sheet.step, piece.sheet.noise).slope
             out[piece.group, piece.quantity, track] = autoregression(
-                np.asarray(score), piece.weight[:, i] > 0
+                np.asarray(score[:, i]), np.asarray(piece.weight[:, i]) > 0
             )
     return out
 
 
-def _weight_factors(problem: Problem, correlation: dict) -> dict[tuple[int, str], np.ndarray]:
-    """One over the correlation time of every channel."""
+def _weights(problem: Problem, correlation: dict) -> dict[tuple[int, str], np.ndarray]:
+    """Weights of all samples, divided by the correlation time of their channel."""
     return {
-        (p.group, p.quantity): np.array(
-            [1.0 / correlation[p.group, p.quantity, t].time for t in p.tracks]
-        )
+        (p.group, p.quantity): np.asarray(p.weight)
+        / np.array([correlation[p.group, p.quantity, t].time for t in p.tracks])
         for p in problem.pieces
     }
+
+
+def refit(problem: Problem, found: Found) -> Optimum:
+    """Lead the best optimum of a search to that of a problem of the same records and parameters.
+
+    - `problem`: differs in priors only; it takes over weights and noise levels.
+    """
+    weights = {(p.group, p.quantity): np.asarray(p.weight) for p in found.problem.pieces}
+    problem = problem.with_weights(weights)
+    best = found.optima[0]
+    z_noise = best.z[is_noise(problem)]
+    w = jnp.asarray(joined(problem, best.z, best.standard))
+    end = np.asarray(solve(problem, w, jnp.asarray(z_noise))[0])
+    known = np.asarray(information(problem, jnp.asarray(end), jnp.asarray(z_noise)))
+    return _optimum(problem, end, 0, known, z_noise)

@@ -2,7 +2,10 @@
 
 import dataclasses
 
+import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from rigid.errors import InputError
 from rigid.records.record import Record
@@ -21,28 +24,70 @@ QUIET_SAMPLES = 8
 """Fewest samples that make a quiet stretch."""
 
 
+MOST_SWITCHES = 8
+"""Room for rough strokes at the switches of a record's valve; more are refused."""
+
+QUIET_LEAD = 16
+"""Samples kept before a release: enough to show the quiet, and the same in every record, so that
+releases share one program."""
+
+ROUND_TO = 64
+"""Releases are padded to a multiple of this many samples, for the same reason."""
+
+
 @dataclasses.dataclass(frozen=True)
-class Track:
-    """One cylinder in one record.
+class Series:
+    """What was read: `data` and `weight` by quantity, (samples,); weight 0 where nothing was."""
 
-    - `label`: "record,cylinder"; `name`, `kind`, `cylinder`.
-    - `interval` [s], `samples`: the grid. - `first` [s]: time of its first sample.
-    - `data`, `weight`: by quantity, (samples,) each; weight 0 where nothing was read.
-    - `drive`: of a slow record. - `tank_levels`: numbers of its flow fractions to the tank.
-    - `onset`: of a release, the index of the first sample after it.
-    """
-
-    label: str
-    name: str
-    kind: str
-    cylinder: str
-    interval: float
-    samples: int
-    first: float
     data: dict[str, np.ndarray]
     weight: dict[str, np.ndarray]
-    drive: Drive | None
-    onset: int | None
+
+    def has(self, quantity: str) -> bool:
+        """Whether anything was read of a quantity."""
+        return quantity in self.weight and bool(self.weight[quantity].any())
+
+    def padded(self, quantity: str, samples: int) -> tuple[np.ndarray, np.ndarray]:
+        """Data and weight of a quantity, followed by zeros up to `samples`."""
+        room = (0, samples - len(self.data[quantity]))
+        return np.pad(self.data[quantity], room), np.pad(self.weight[quantity], room)
+
+    def cut(self, first: int, samples: int) -> "Series":
+        """Return `samples` samples from `first` on; zeros where there are none."""
+
+        def window(series: np.ndarray) -> np.ndarray:
+            out = np.zeros(samples)
+            begin = max(first, 0)
+            piece = series[begin : first + samples]
+            out[begin - first : begin - first + len(piece)] = piece
+            return out
+
+        return Series(
+            {q: window(s) for q, s in self.data.items()},
+            {q: window(s) for q, s in self.weight.items()},
+        )
+
+
+class Track(eqx.Module):
+    """One cylinder in one record, without what was read.
+
+    - `label`: "record,cylinder"; `name`, `kind`, `cylinder`.
+    - `interval` [s], `samples`: the grid; `first` [s]: time of its first sample.
+    - `drive`: of a slow record. - `stroke_low`, `stroke_high`, `switch_strokes` [m]: rough.
+    - `onset`: of a release, the index of the first sample after it; `onset_time` [s].
+    """
+
+    label: str = eqx.field(static=True)
+    name: str = eqx.field(static=True)
+    kind: str = eqx.field(static=True)
+    cylinder: str = eqx.field(static=True)
+    interval: float = eqx.field(static=True)
+    samples: int = eqx.field(static=True)
+    drive: Drive | None = eqx.field(static=True)
+    onset: int | None = eqx.field(static=True)
+    first: Array = eqx.field(converter=jnp.asarray)
+    stroke_low: Array = eqx.field(converter=jnp.asarray)
+    stroke_high: Array = eqx.field(converter=jnp.asarray)
+    switch_strokes: Array = eqx.field(converter=jnp.asarray)
 
     @property
     def scope(self) -> tuple[str, str, str]:
@@ -57,13 +102,18 @@ class Track:
     @property
     def times(self) -> np.ndarray:
         """Sample times [s], shape (samples,)."""
-        return self.first + self.interval * np.arange(self.samples)
+        return float(self.first) + self.interval * np.arange(self.samples)
+
+    @property
+    def onset_time(self) -> Array:
+        """Time of the first sample after a release [s]."""
+        return self.first + self.interval * self.onset
 
 
-def make_track(record: Record) -> Track:
+def make_track(record: Record) -> tuple[Track, Series]:
     """Lay a record on its grid.
 
-    Raises InputError where its samples are not evenly spaced.
+    Raises InputError where its samples are not evenly spaced or do not fit its valve programme.
     """
     if not record.uniform:
         raise InputError(
@@ -77,24 +127,40 @@ def make_track(record: Record) -> Track:
         data[quantity], weight[quantity] = np.zeros(samples), np.zeros(samples)
         data[quantity][at] = np.where(channel.valid, channel.values, 0.0)
         weight[quantity][at] = channel.valid
-    release = record.kind == "release"
-    return Track(
+    make = _release if record.kind == "release" else _slow
+    return make(record, Series(data, weight), samples)
+
+
+def _slow(record: Record, series: Series, samples: int) -> tuple[Track, Series]:
+    """Lay a record with a valve programme."""
+    drive = _drive(record, samples)
+    low, high = NOMINAL_STROKE[record.kind]
+    strokes = np.full(MOST_SWITCHES, high)
+    if series.has("stroke"):
+        read = series.weight["stroke"] > 0
+        seen = series.data["stroke"][read]
+        low, high = min(0.0, float(seen.min())), float(seen.max())
+        at = np.interp(drive.switches, drive.times[read], seen)
+        strokes[: len(at)] = at
+    track = Track(
         label=f"{record.name},{record.cylinder}",
         name=record.name,
         kind=record.kind,
         cylinder=record.cylinder,
         interval=record.interval,
         samples=samples,
+        drive=drive,
+        onset=None,
         first=float(record.time[0]),
-        data=data,
-        weight=weight,
-        drive=None if release else _drive(record, samples, data, weight),
-        onset=_onset(record, data, weight) if release else None,
+        stroke_low=low,
+        stroke_high=max(high, low + 1e-3),
+        switch_strokes=strokes,
     )
+    return track, series
 
 
-def _drive(record: Record, samples: int, data: dict, weight: dict) -> Drive:
-    """Read the valve programme off a record, with the stroke where the valve moves."""
+def _drive(record: Record, samples: int) -> Drive:
+    """Read the valve programme off a record."""
     switches, levels, tanks = [], [], 1
     for stretch in record.valve:
         if stretch.position == "tank":
@@ -108,32 +174,44 @@ def _drive(record: Record, samples: int, data: dict, weight: dict) -> Drive:
             f"{switches[-1]} s; leave `until` out of its last entry"
         )
     inside = [s for s in switches[:-1] if s > first]
+    if len(inside) > MOST_SWITCHES:
+        raise InputError(
+            f"{record.path}: record '{record.name}' has {len(inside)} switches of the valve; "
+            f"at most {MOST_SWITCHES} are supported, split the record"
+        )
     skipped = len(switches) - 1 - len(inside)
-    low, high = NOMINAL_STROKE[record.kind]
-    strokes = [high] * len(inside)
-    if "stroke" in data and weight["stroke"].any():
-        seen = data["stroke"][weight["stroke"] > 0]
-        low, high = min(0.0, float(seen.min())), float(seen.max())
-        time = first + record.interval * np.flatnonzero(weight["stroke"])
-        strokes = [float(np.interp(s, time, seen)) for s in inside]
-    return Drive(
-        first,
-        record.interval,
-        samples,
-        tuple(inside),
-        tuple(levels[skipped:]),
-        tuple(strokes),
-        (low, max(high, low + 1e-3)),
+    return Drive(first, record.interval, samples, tuple(inside), tuple(levels[skipped:]))
+
+
+def _release(record: Record, series: Series, samples: int) -> tuple[Track, Series]:
+    """Lay a release, cut to a fixed lead before its onset."""
+    onset = _onset(record, series)
+    length = -(-(QUIET_LEAD + samples - onset) // ROUND_TO) * ROUND_TO
+    track = Track(
+        label=f"{record.name},{record.cylinder}",
+        name=record.name,
+        kind=record.kind,
+        cylinder=record.cylinder,
+        interval=record.interval,
+        samples=length,
+        drive=None,
+        onset=QUIET_LEAD,
+        first=float(record.time[0]) + (onset - QUIET_LEAD) * record.interval,
+        stroke_low=0.0,
+        stroke_high=0.0,
+        switch_strokes=np.zeros(0),
     )
+    return track, series.cut(onset - QUIET_LEAD, length)
 
 
-def _onset(record: Record, data: dict, weight: dict) -> int:
+def _onset(record: Record, series: Series) -> int:
     """Index of the first sample after the release."""
-    if "acceleration" not in data:
+    if not series.has("acceleration"):
         raise InputError(f"{record.path}: a release needs a channel 'acceleration'")
     if record.release_time is not None and record.release_time.sd == 0.0:
         return int(np.ceil((record.release_time.value - record.time[0]) / record.interval - 1e-9))
-    size = np.abs(data["acceleration"] - np.median(data["acceleration"])) * weight["acceleration"]
+    data, weight = series.data["acceleration"], series.weight["acceleration"]
+    size = np.abs(data - np.median(data[weight > 0])) * weight
     onset = int(np.argmax(size > JUMP_FRACTION * size.max()))
     quiet = size[:onset]
     if onset >= QUIET_SAMPLES and size[onset] < QUIET_FACTOR * quiet.std():

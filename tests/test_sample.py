@@ -69,7 +69,7 @@ def test_independence_move_without_its_factor_does_not():
 
 @pytest.mark.parametrize("d", [1, 5])
 def test_snooker_move_draws_from_the_target(d):
-    chain = run(standard_normal, SnookerMove(), d, 3_000)
+    chain = run(standard_normal, SnookerMove(), d, 2_000)
     assert abs(off_by(radius(chain), d)) < 4
 
 
@@ -87,7 +87,7 @@ def test_a_walker_on_its_anchor_stays():
 
 
 def test_the_mix_of_moves_draws_from_the_target():
-    chain = run(standard_normal, moves.mixed(off_centre(5)), 5, 3_000)
+    chain = run(standard_normal, moves.mixed(off_centre(5)), 5, 2_000)
     assert abs(off_by(radius(chain), 5)) < 4
     shares = [share for _, share in moves.mixed(off_centre(5))]
     assert sum(shares) == pytest.approx(1.0)
@@ -136,7 +136,7 @@ def test_draws_have_the_moments_of_the_target():
 def test_modes_get_their_weight_wherever_the_walkers_begin():
     log_prob, modes = two_modes()
     weights = mode_weights(log_prob, modes, np.random.default_rng(1), 2_000).weights
-    settings = replace(QUICK, block=100, ess=3_000.0)
+    settings = replace(QUICK, ess=2_000.0)
     for law in (weights, np.array([0.5, 0.5])):  # the second puts half of the walkers in each
         proposal = MixtureProposal(modes, law)
         draws = sample.sample(log_prob, proposal, settings)

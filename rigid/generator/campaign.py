@@ -21,7 +21,7 @@ from rigid.generator.writers import (
     write_truth,
 )
 
-MORNING = datetime(2018, 3, 12, 9, 30)  # local time of a rig in March; the clocks differ by drawn parts
+MORNING = datetime(2018, 3, 12, 9, 30)  # the paper's field test was in March 2018
 SLOW_CHANNELS = ("load", "stroke", "pressure")
 
 
@@ -94,10 +94,12 @@ def release_counts(truth: Truth, run: Run, hidden: tuple[Piece, ...] = ()) -> np
     sensor = truth.sensors["acceleration"]
     noise = rng.standard_normal((3, times.size))
     still = np.zeros(times.size)
-    return np.stack([
-        sensor.codes(signal, part)
-        for signal, part in zip((still, still, values["acceleration"]), noise, strict=True)
-    ])
+    return np.stack(
+        [
+            sensor.codes(signal, part)
+            for signal, part in zip((still, still, values["acceleration"]), noise, strict=True)
+        ]
+    )
 
 
 def _write_release(
@@ -118,7 +120,7 @@ def field_truth(
     for run in runs:
         plant = plant_of(truth, run, hidden)
         times = np.arange(round(run.duration * TRUTH_RATE) + 1) / TRUTH_RATE
-        states = trajectory(plant, plant.at_rest(), times)
-        arrays[f"ice_load_{run.cylinder}"] = np.interp(times, *run.ice).astype(np.float32)
-        arrays[f"plate_displacement_{run.cylinder}"] = states[2].astype(np.float32)
+        motion = trajectory(plant, plant.at_rest(), times)
+        arrays[f"ice_load_{run.cylinder}"] = run.ice_load(times).astype(np.float32)
+        arrays[f"plate_displacement_{run.cylinder}"] = motion.states[2].astype(np.float32)
     return arrays

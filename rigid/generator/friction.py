@@ -9,6 +9,8 @@ Maxwell form is the generator's choice.
 """
 
 from dataclasses import dataclass
+from math import pi
+from typing import no_type_check
 
 from rigid.generator.plant import Action, Motion, Piece
 
@@ -25,6 +27,7 @@ class Friction(Piece):
 
     states = 2
 
+    @no_type_check  # see Plant.rates
     def act(self, t: float, motion: Motion, own: list[float]) -> Action:  # noqa: ARG002
         """Resist the sliding of plunger in cylinder, equal and opposite on the two."""
         stroke = motion.x_pl - motion.x_hc
@@ -32,10 +35,10 @@ class Friction(Piece):
         force_2 = self.mu_2 / self.tau_2 * (stroke - own[1])
         resistance = self.mu_inf * (motion.v_pl - motion.v_hc) + force_1 + force_2
         rates = (force_1 / self.mu_1, force_2 / self.mu_2)
-        return Action(on_cylinder=resistance, on_plunger=-resistance, rates=rates)
+        return Action(resistance, -resistance, rates=rates)
 
     def coefficient(self, frequency: float) -> complex:
         """mu(omega) [N s/m] at a frequency in Hz."""
-        omega = 2j * 3.141592653589793 * frequency
+        omega = 2j * pi * frequency
         branches = ((self.mu_1, self.tau_1), (self.mu_2, self.tau_2))
         return self.mu_inf + sum(mu / (1 + omega * tau) for mu, tau in branches)

@@ -3,6 +3,7 @@
 from bisect import bisect_right
 from dataclasses import dataclass
 from math import tanh
+from typing import no_type_check
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from rigid.generator.constants import BAR, LITRE_PER_MINUTE, P_MAX
 from rigid.generator.plant import Action, Motion, Piece
 
 
+@no_type_check  # see Plant.rates
 def pump_flow(p: float) -> float:
     """Flow of the pump [m^3/s] at pressure p [Pa], eq. (22) with pressures in bar."""
     litres = 6.645 - 4.965 * tanh(0.05 * (p - P_MAX) / BAR)
@@ -36,6 +38,7 @@ class Pump(Piece):
         index = bisect_right(self.untils[:-1], (start + end) / 2)
         return Pump((end,), (self.fractions[index],))
 
+    @no_type_check  # see Plant.rates
     def act(self, t: float, motion: Motion, own: list[float]) -> Action:  # noqa: ARG002
         """Flow into the chamber."""
         return Action(flow=self.fractions[0] * pump_flow(motion.p))
@@ -47,6 +50,7 @@ class Frame(Piece):
 
     stiffness: float
 
+    @no_type_check  # see Plant.rates
     def act(self, t: float, motion: Motion, own: list[float]) -> Action:  # noqa: ARG002
         """Push back on the plunger."""
         return Action(on_plunger=-self.stiffness * motion.x_pl)
@@ -68,6 +72,7 @@ class Ice(Piece):
         first, last = np.interp((start, end), self.times, self.loads).tolist()
         return Ice((start, end), (first, last))
 
+    @no_type_check  # see Plant.rates
     def act(self, t: float, motion: Motion, own: list[float]) -> Action:  # noqa: ARG002
         """Push back on the plunger."""
         (start, end), (first, last) = self.times, self.loads

@@ -42,6 +42,19 @@ class Run:
     release_time: float | None = None
     ice: tuple[tuple[float, ...], tuple[float, ...]] | None = field(default=None, repr=False)
 
+    def ice_load(self, times: np.ndarray) -> np.ndarray:
+        """Compressive ice load [N] at times [s]; zero where there is no ice."""
+        if self.ice is None:
+            return np.zeros(times.size)
+        knots, loads = self.ice
+        return np.interp(times, knots, loads)
+
+    def hook(self) -> tuple[float, float]:
+        """Preload [N] and time [s] of a release; raises ValueError for another kind of run."""
+        if self.preload is None or self.release_time is None:
+            raise ValueError(f"{self.name} is a {self.kind} record, not a release")
+        return self.preload, self.release_time
+
     def pieces(self, rig: Rig) -> tuple[Piece, ...]:
         """Pump and outer load of this run."""
         fractions = {"open": self.kappa, "shut": 0.0, "tank": self.kappa_tank}
@@ -59,7 +72,7 @@ def frame_run(name: str, cylinder: str, rig: Rig, rng: np.random.Generator) -> R
     oil: the stroke against load cell and frame, and the oil's own compression.
     """
     load, left = rng.uniform(205e3, 255e3), rng.uniform(0.12, 0.28)
-    opened, shut, tank = _seconds(rng.uniform((2.5, 6.8, 8.8), (2.7, 7.2, 9.2)))
+    opened, shut, tank = map(_seconds, rng.uniform((2.5, 6.8, 8.8), (2.7, 7.2, 9.2)))
     duration = _seconds(tank + rng.uniform(0.6, 1.2))
     stroke = load * (1 / rig.k_LC + 1 / rig.k_frame)
     volume = AREA * stroke + load * (rig.L_0 + stroke) / rig.k_oil
@@ -147,9 +160,9 @@ def _ice_loads(rng: np.random.Generator) -> list[tuple[tuple[float, ...], tuple[
     return knots
 
 
-def _seconds(values: np.ndarray | float) -> np.ndarray | float:
+def _seconds(value: float) -> float:
     """Round to the slow recorder's interval, so that a spec states a switch without error."""
-    return np.round(values, 2).tolist()
+    return round(float(value), 2)
 
 
 def schedule(rig: Rig, streams, *, field: bool) -> tuple[Run, ...]:

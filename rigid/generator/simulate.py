@@ -6,7 +6,7 @@ import numpy as np
 
 from rigid.generator.constants import AREA, FAST_RATE, SLOW_RATE
 from rigid.generator.draw import Truth
-from rigid.generator.plant import Piece, Plant, readings, trajectory
+from rigid.generator.plant import Piece, Plant, Trajectory, readings, trajectory
 from rigid.generator.schedule import Run
 
 
@@ -39,12 +39,14 @@ def simulate(truth: Truth, run: Run, hidden: tuple[Piece, ...] = ()) -> Readings
 
 
 def _release(plant: Plant, run: Run, times: np.ndarray) -> dict[str, np.ndarray]:
-    """At rest under the preload; then the load is gone at once. Time runs from the release."""
-    rest = plant.at_rest(x_hc=-run.preload / plant.rig.k_LC, p=run.preload / AREA)
-    quiet, after = times[times < run.release_time], times[times >= run.release_time]
-    moving = np.append(0.0, after - run.release_time)
-    states = trajectory(plant, rest, moving)[:, 1:]
-    values = readings(plant, states, moving[1:])
-    still = readings(plant, rest[:, None], np.zeros(1))
-    still["acceleration"] = np.zeros(1)  # the hook still holds
-    return {key: np.append(np.repeat(still[key], quiet.size), values[key]) for key in values}
+    """At rest under the preload; then the load is gone at once. Pieces see time from the release.
+
+    While the hook holds, forces balance and nothing moves; after it, no outer force is left.
+    """
+    preload, release_time = run.hook()
+    rest = plant.at_rest(x_hc=-preload / plant.rig.k_LC, p=preload / AREA)
+    quiet = int(np.count_nonzero(times < release_time))
+    motion = trajectory(plant, rest, np.append(0.0, times[quiet:] - release_time))
+    states = np.column_stack([np.repeat(rest[:, None], quiet, axis=1), motion.states[:, 1:]])
+    acceleration = np.append(np.zeros(quiet), motion.acceleration[1:])
+    return readings(plant, Trajectory(states, acceleration), times)

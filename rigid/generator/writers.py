@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from datetime import datetime, timedelta
 from itertools import count
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -52,9 +53,7 @@ def write_toa5(
 
 
 def _printed(row: list[float], decimals: list[int]) -> list[str]:
-    return [
-        f"{value + 0.0:.{places}f}" for value, places in zip(row, decimals, strict=True)
-    ]
+    return [f"{value + 0.0:.{places}f}" for value, places in zip(row, decimals, strict=True)]
 
 
 def _timestamp(start: datetime, row: int) -> str:
@@ -96,7 +95,7 @@ def write_truth(folder: Path, truth: Truth) -> None:
     _write(folder / "truth.json", [json.dumps(truth.as_dict(), indent=1, allow_nan=False)])
 
 
-def write_field_truth(path: Path, arrays: dict[str, np.ndarray]) -> None:
+def write_field_truth(path: Path, arrays: dict[str, Any]) -> None:
     """Write what bands are judged by: the true ice load and displacement of the plate."""
     np.savez_compressed(path, **arrays)
 

@@ -23,7 +23,6 @@ class Drive:
     - `interval` [s], `samples`: the grid the record lies on.
     - `switches` [s]: when the valve moves; `levels`: for each stretch, which of the record's flow
       fractions applies (one more than switches; 0 is shut).
-    - `switch_strokes` [m]: rough stroke at each switch, `stroke_range` [m]: least and greatest.
     """
 
     first: float
@@ -31,8 +30,6 @@ class Drive:
     samples: int
     switches: tuple[float, ...]
     levels: tuple[int, ...]
-    switch_strokes: tuple[float, ...]
-    stroke_range: tuple[float, float]
 
     @property
     def times(self) -> np.ndarray:
@@ -49,7 +46,7 @@ class Plan:
     - `levels` (steps, tracks): flow fraction that applies when the step begins.
     - `kink` (steps, tracks): 0, or 1 + the index of the switch that falls inside the step.
     - `kink_rest` (kinks,) [s]: time from the switch to the end of its step; `kink_level`: the
-      flow fraction after it; `kink_stroke` [m]: rough stroke there.
+      flow fraction after it; `kink_place` (kinks, 2): drive and number of the switch.
     - `samples`: of the longest drive; `interval` [s].
     """
 
@@ -59,7 +56,7 @@ class Plan:
     kink: np.ndarray
     kink_rest: np.ndarray
     kink_level: np.ndarray
-    kink_stroke: np.ndarray
+    kink_place: np.ndarray
     samples: int
     interval: float
 
@@ -110,7 +107,7 @@ def _with_valve(
     steps = len(long)
     levels = np.zeros((steps, len(drives)), dtype=int)
     kink = np.zeros((steps, len(drives)), dtype=int)
-    rest, after, stroke = [], [], []
+    rest, after, source = [], [], []
     for track, drive in enumerate(drives):
         at = (np.asarray(drive.switches) - drive.first) / interval
         levels[:, track] = np.asarray(drive.levels)[
@@ -125,7 +122,7 @@ def _with_valve(
                 raise ValueError("two valve positions within one sampling interval")
             rest.append((nodes[step + 1] - place) * interval)
             after.append(drive.levels[i + 1])
-            stroke.append(drive.switch_strokes[i])
+            source.append((track, i))
             kink[step, track] = len(rest)
     return Plan(
         nodes=nodes,
@@ -134,7 +131,7 @@ def _with_valve(
         kink=kink,
         kink_rest=np.array(rest),
         kink_level=np.array(after, dtype=int),
-        kink_stroke=np.array(stroke),
+        kink_place=np.array(source, dtype=int).reshape(-1, 2),
         samples=int(nodes[-1]) + 1,
         interval=interval,
     )

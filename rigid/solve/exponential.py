@@ -63,9 +63,11 @@ def step_matrix(matrix: Array, length: Array | float, scales: Sequence[float]) -
     small = jnp.asarray(length) / 2**DOUBLINGS
     unit = jnp.eye(len(scales)).reshape((len(scales),) * 2 + (1,) * (matrix.ndim - 2))
     tiny = balanced * small
-    series = unit + jnp.zeros_like(balanced)
-    for k in range(TAYLOR_DEGREE, 0, -1):
-        series = unit + product(tiny, series) / (k + 1)
+
+    def horner(k: Array, series: Array) -> Array:
+        return unit + product(tiny, series) / (TAYLOR_DEGREE + 1 - k)
+
+    series = jax.lax.fori_loop(0, TAYLOR_DEGREE, horner, unit + jnp.zeros_like(tiny))
     phi = jax.lax.fori_loop(0, DOUBLINGS, lambda _, p: doubled(balanced, p), series * small)
     return phi * scale / unscale
 
@@ -88,39 +90,50 @@ class Tables(NamedTuple):
     kinks: Array
 
 
-def tables(rig: Rig, outside: Surroundings, plan: Plan, stroke_range: tuple[float, float]) -> Tables:
+class Strokes(NamedTuple):
+    """Rough strokes, from the record or a guess; they place interpolation nodes, no more.
+
+    - `low`, `high` [m]: the range of the group.
+    - `switch` (tracks, switches) [m]: at each switch of the valve.
+    """
+
+    low: Array
+    high: Array
+    switch: Array
+
+
+def tables(rig: Rig, outside: Surroundings, plan: Plan, strokes: Strokes) -> Tables:
     """Compute the step matrices for both ends of the stroke, both step lengths and every switch."""
     scales = rig.scales
-    ends = rig.column + jnp.asarray(stroke_range)[:, None]
-    matrix = jacobian(rig, outside, ends)
-    short = step_matrix(matrix, plan.interval, scales)
-    long, span = short, 1
-    while span < STRIDE:
-        long, span = doubled(matrix, long), 2 * span
+    at_switch = strokes.switch[plan.kink_place[:, 0], plan.kink_place[:, 1]]
+    columns = rig.column + jnp.concatenate([jnp.stack([strokes.low, strokes.high]), at_switch])[
+        :, None
+    ]
+    lengths = jnp.concatenate([jnp.full(2, plan.interval), jnp.asarray(plan.kink_rest)])
+    matrix = jacobian(rig, outside, columns)
+    phi = step_matrix(matrix, lengths[:, None], scales)
+    short = phi[:, :, :2]
+    long = jax.lax.fori_loop(
+        0, STRIDE.bit_length() - 1, lambda _, p: doubled(matrix[:, :, :2], p), short
+    )
     both = jnp.stack([short, long])
     low, high = both[:, :, :, 0], both[:, :, :, 1]
-    kinks = jnp.zeros((1, len(scales), low.shape[-1]))
-    if len(plan.kink_rest):
-        columns = rig.column + jnp.asarray(plan.kink_stroke)[:, None]
-        rest = jnp.asarray(plan.kink_rest)[:, None]
-        phi = step_matrix(jacobian(rig, outside, columns), rest, scales)
-        kinks = jnp.concatenate([kinks, jnp.moveaxis(phi[:, 4], 1, 0)])
-    return Tables(low, high - low, kinks)
+    none = jnp.zeros((1, len(scales), low.shape[-1]))
+    return Tables(low, high - low, jnp.concatenate([none, jnp.moveaxis(phi[:, 4, 2:], 1, 0)]))
 
 
 def march(
-    rig: Rig, contact: Array, fractions: Array, plan: Plan, stroke_range: tuple[float, float]
+    rig: Rig, contact: Array, fractions: Array, plan: Plan, strokes: Strokes
 ) -> dict[str, Array]:
     """Simulate a group of slow records from rest.
 
     - `rig`: parameters of shape (walkers,). - `contact` (walkers,) [N/m]: stiffness of the frame.
     - `fractions` (levels, tracks, walkers): flow fractions; level 0 is the shut valve.
-    - `plan`: of the group's drives. - `stroke_range` [m]: between which Phi is interpolated.
+    - `plan`: of the group's drives. - `strokes`: between which Phi is interpolated.
 
     Returns load [N], stroke [m] and pressure [Pa] at every sample, (samples, tracks, walkers).
     """
-    table = tables(rig, Surroundings(contact), plan, stroke_range)
-    width = max(stroke_range[1] - stroke_range[0], 1e-12)
+    table = tables(rig, Surroundings(contact), plan, strokes)
     track = jnp.arange(fractions.shape[1])
 
     def advance(flat: Array, step: tuple[Array, ...]) -> tuple[Array, tuple[Array, Array]]:
@@ -130,7 +143,7 @@ def march(
         outside = Surroundings(contact, 0.0, fractions[level, track])
         moved = rig.motion(flat, outside, rig.column + stroke)
         rates = jnp.stack(moved.rates)
-        place = jnp.clip((stroke - stroke_range[0]) / width, -0.5, 1.5)
+        place = jnp.clip((stroke - strokes.low) / (strokes.high - strokes.low), -0.5, 1.5)
         index = long.astype(int)
         phi, slope = table.low[index], table.slope[index]
         new = flat

@@ -1,0 +1,222 @@
+"""The inference of a fit: search, proposal, ensembles, and what the draws say."""
+
+import dataclasses
+import hashlib
+import time
+from pathlib import Path
+
+import jax.numpy as jnp
+import numpy as np
+from tqdm import tqdm
+
+from rigid import __version__
+from rigid.assemble import assemble
+from rigid.checkpoint import Checkpoint
+from rigid.cli import Options, say
+from rigid.friction import FREQUENCIES, Friction
+from rigid.outcome import Channel, channels, evaluations, frictions, sensor_draws, values_of
+from rigid.posterior import stack
+from rigid.problem import Problem, log_posterior
+from rigid.proposal import MixtureProposal, Mode, ModeWeights, mode_weights
+from rigid.records.record import Record
+from rigid.sample import Draws, Settings, Status, sample
+from rigid.search import Found, Optimum, search
+from rigid.spec import Spec
+
+KEPT_STEPS = 100
+"""Steps of each walker that enter the files, evenly taken from all."""
+
+PREDICTED = 128
+"""Draws from which predictions beside the data are made."""
+
+MODE_DRAWS = 2048
+LEAST_WEIGHT = 1e-3
+"""In the proposal, so that no mode found is never proposed; not in the result."""
+
+DOF = 8.0
+"""Of the Student laws laid over the modes: heavier tails than a Gaussian, so that no region is
+proposed too rarely."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Calibrated:
+    """All that a fit found.
+
+    - `found`: modes and correlation. - `weights`: of the modes. - `draws`: of the sampler.
+    - `values`: SI by label, (chain, draw) each. - `frictions`: mu(omega) of the same draws, flat.
+    - `sensors`: gain and zero (2, n) of each sensor. - `tracks`: log-likelihoods of each record.
+    - `shown`, `prior_shown`: channels beside posterior and prior predictions.
+    - `seed`; `compile_s`: time until the first posterior density was there.
+    """
+
+    found: Found
+    weights: ModeWeights
+    draws: Draws
+    values: dict[str, np.ndarray]
+    frictions: dict[str, Friction]
+    sensors: dict[str, np.ndarray]
+    tracks: dict[str, np.ndarray]
+    shown: list[Channel]
+    prior_shown: list[Channel]
+    records: tuple[Record, ...]
+    seed: int
+    compile_s: float
+
+    @property
+    def problem(self) -> Problem:
+        """The problem that was solved."""
+        return self.found.problem
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Chains and draws of `values`."""
+        return next(iter(self.values.values())).shape
+
+    @property
+    def ensembles(self) -> int:
+        """Number of independent ensembles."""
+        return self.draws.z.shape[0]
+
+
+def calibrate(
+    spec: Spec, records: tuple[Record, ...], options: Options, folder: Path
+) -> Calibrated:
+    """Fit a spec to its records.
+
+    - `folder`: where the chain is kept; the caller holds it locked.
+    """
+    seed = spec.sampler.seed if options.seed is None else options.seed
+    problem = assemble(spec, records)
+    began = time.monotonic()
+    log_posterior(problem, jnp.zeros((2, problem.parameters.size)))
+    compile_s = time.monotonic() - began
+    say(options, f"{problem.parameters.size} parameters, compiled in {compile_s:.0f} s; searching")
+    with tqdm(total=spec.sampler.starts, disable=options.quiet, desc="starts") as bar:
+        found = search(
+            problem, spec.sampler.starts, seed, lambda done: bar.update(done - bar.n)
+        )
+    proposal, weights = propose(found, np.random.default_rng([seed, 1]))
+    mark = fingerprint(spec, records, seed)
+    with Checkpoint(folder, mark, options.resume) as checkpoint:
+        draws = _sampled(spec, found, proposal, (seed, options), checkpoint)
+    return _told(found, weights, draws, records, (seed, compile_s))
+
+
+def propose(found: Found, rng: np.random.Generator) -> tuple[MixtureProposal, ModeWeights]:
+    """Lay a mixture over the modes, its weights from importance sampling."""
+    modes = tuple(_mode(o) for o in found.optima)
+
+    def density(z: np.ndarray) -> np.ndarray:
+        return log_density(found.problem, z)
+
+    weights = mode_weights(density, modes, rng, MODE_DRAWS, DOF)
+    floored = np.maximum(weights.weights, LEAST_WEIGHT)
+    return MixtureProposal(modes, floored / floored.sum(), DOF), weights
+
+
+def _mode(optimum: Optimum) -> Mode:
+    return Mode(optimum.z, np.linalg.cholesky(optimum.covariance), optimum.log_posterior)
+
+
+def log_density(problem: Problem, z: np.ndarray) -> np.ndarray:
+    """Log-posterior of z (n, size), a fixed number of rows at a time so that one program does."""
+    size = walkers(problem) // 2
+    out = []
+    for begin in range(0, len(z), size):
+        rows = z[begin : begin + size]
+        padded = np.pad(rows, ((0, size - len(rows)), (0, 0)), mode="edge")
+        out.append(np.asarray(log_posterior(problem, jnp.asarray(padded)))[: len(rows)])
+    return np.concatenate(out)
+
+
+def walkers(problem: Problem) -> int:
+    """Walkers of an ensemble where a spec names none: at least 2.5 times the parameters."""
+    return max(64, 32 * -(-5 * problem.parameters.size // 64))
+
+
+def fingerprint(spec: Spec, records: tuple[Record, ...], seed: int) -> dict[str, str]:
+    """What a chain depends on, by name; when to stop is not part of it."""
+    body = spec.model_dump(mode="json", exclude={"text", "path", "sampler", "title", "bands"})
+    widths = spec.sampler.model_dump(include={"ensembles", "walkers", "block", "starts"})
+    said = hashlib.sha256(repr((body, widths, seed)).encode()).hexdigest()
+    return {"spec": said, "version": __version__} | {
+        f"record {r.name},{r.cylinder}": r.sha256 for r in records
+    }
+
+
+def _sampled(
+    spec: Spec,
+    found: Found,
+    proposal: MixtureProposal,
+    run: tuple[int, Options],
+    checkpoint: Checkpoint,
+) -> Draws:
+    """Run the ensembles under the spec's stopping rule, with a progress bar."""
+    seed, options = run
+    problem, rule = found.problem, spec.sampler
+    settings = Settings(
+        ensembles=rule.ensembles,
+        walkers=rule.walkers or walkers(problem),
+        block=rule.block,
+        max_steps=rule.max_steps,
+        r_hat=rule.r_hat,
+        ess=rule.ess,
+        seed=seed,
+        names=problem.parameters.labels,
+    )
+
+    def density(z: np.ndarray) -> np.ndarray:
+        return np.asarray(log_posterior(problem, jnp.asarray(z)))
+
+    def monitor(z: np.ndarray) -> dict[str, np.ndarray]:
+        views = frictions(problem, values_of(problem, z))
+        return {
+            f"|mu| at {frequency:g} Hz {label}".strip(): view.magnitude[:, at]
+            for label, view in views.items()
+            for frequency, at in ((0.01, 0), (80.0, int(np.argmin(abs(FREQUENCIES - 80.0)))))
+        }
+
+    with tqdm(total=rule.max_steps, disable=options.quiet, desc="steps") as bar:
+
+        def report(status: Status) -> None:
+            bar.update(status.steps - bar.n)
+            if status.ess is not None:
+                bar.set_postfix_str(
+                    f"R-hat {status.r_hat:.3f} < {rule.r_hat} ({status.r_hat_name}), "
+                    f"ESS {status.ess:.0f} of {rule.ess:.0f} ({status.ess_name})"
+                )
+
+        return sample(density, proposal, settings, monitor, checkpoint, report)
+
+
+def _told(
+    found: Found,
+    weights: ModeWeights,
+    draws: Draws,
+    records: tuple[Record, ...],
+    run: tuple[int, float],
+) -> Calibrated:
+    """Work out what the draws say of everything that is reported."""
+    seed, compile_s = run
+    problem, rng = found.problem, np.random.default_rng([seed, 2])
+    chain = stack(draws.thinned(KEPT_STEPS).z)
+    flat = chain.reshape(-1, chain.shape[-1])
+    values = values_of(problem, flat)
+    tracks, laws = evaluations(problem, flat)
+    picked = flat[rng.choice(len(flat), PREDICTED - 1, replace=False)]
+    best = found.optima[0].z[None]
+    prior = rng.standard_normal((PREDICTED, chain.shape[-1]))
+    return Calibrated(
+        found=found,
+        weights=weights,
+        draws=draws,
+        values={label: v.reshape(chain.shape[:2]) for label, v in values.items()},
+        frictions=frictions(problem, values),
+        sensors=sensor_draws(laws, rng),
+        tracks=tracks,
+        shown=channels(found, np.concatenate([best, picked]), seed),
+        prior_shown=channels(found, prior, seed),
+        records=records,
+        seed=seed,
+        compile_s=compile_s,
+    )

@@ -1,0 +1,60 @@
+"""`python -m rigid.fit SPEC`: records to posterior to report. The pipeline on one page."""
+
+import sys
+import time
+from typing import TYPE_CHECKING
+
+from rigid.cli import Options, run, say
+
+if TYPE_CHECKING:
+    from rigid.calibrate import Calibrated
+    from rigid.spec import Spec
+
+SAYS = "Calibrate a rig: records in, posterior of its parameters and a report out."
+
+
+def fit(options: Options) -> int:
+    """Calibrate and write all files; returns 0, or 1 if the result must not be used as it stands."""
+    began = time.monotonic()
+    from rigid.spec import find_spec, load_spec
+
+    spec = load_spec(find_spec(options.spec))
+    say(options, f"spec {spec.path}: {len(spec.records)} records")
+
+    from rigid.runtime import prepare
+
+    prepare()
+    from rigid.calibrate import calibrate
+    from rigid.files import locked
+    from rigid.records.read import read_records
+
+    records = read_records(spec)
+    folder = options.folder(spec.path)
+    with locked(folder):
+        done = calibrate(spec, records, options, folder)
+        return _written(spec, done, options, time.monotonic() - began)
+
+
+def _written(spec: "Spec", done: "Calibrated", options: Options, wall: float) -> int:
+    """Write every file and print the table or the JSON."""
+    from rigid.present import content
+    from rigid.report.calibration import write_report
+    from rigid.results import printed, result, write_posterior
+    from rigid.summary import write_result_json, write_summary_csv
+
+    folder = options.folder(spec.path)
+    found = result(spec, done, wall)
+    write_posterior(folder / "posterior.nc", spec, done)
+    write_summary_csv(folder / "summary.csv", found.parameters)
+    write_result_json(folder / "result.json", found)
+    write_report(content(spec, done, found), folder)
+    sys.stdout.write(printed(found, folder, options.as_json))
+    for check in found.checks:
+        if not check.ok:
+            sys.stderr.write(f"{check.name}: {check.says}\n")
+    say(options, f"report: {folder / 'index.html'}")
+    return 0 if found.usable else 1
+
+
+if __name__ == "__main__":
+    sys.exit(run("fit", SAYS, fit))

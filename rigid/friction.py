@@ -1,0 +1,52 @@
+"""mu(omega) of draws: its dissipative and its storage part over frequency."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from rigid.effects import AbstractEffect
+from rigid.parameters import scoped
+from rigid.problem import Problem
+from rigid.rig import build_rig
+
+FREQUENCIES = np.logspace(-2, 3, 61)
+"""Hz: from the slowest record to beyond the rig's second mode; 80 Hz lies within 2 % of one."""
+
+
+class Friction(NamedTuple):
+    """Friction over frequency, each (draws, frequencies).
+
+    - `dissipative` [N s/m]: Re mu. - `storage` [N/m]: -omega Im mu.
+    """
+
+    dissipative: np.ndarray
+    storage: np.ndarray
+
+    @property
+    def magnitude(self) -> np.ndarray:
+        """|mu| [N s/m], given the frequencies are FREQUENCIES."""
+        return np.hypot(self.dissipative, self.storage / (2 * np.pi * FREQUENCIES))
+
+
+def friction(
+    effects: tuple[type[AbstractEffect], ...], values: Mapping[str, Array], scope: tuple[str, ...]
+) -> Friction:
+    """Friction of draws as records of a `scope` see it.
+
+    - `values`: SI by label, (draws,) each.
+    """
+    omega = jnp.asarray(2 * np.pi * FREQUENCIES)[:, None]
+    seen = {k: jnp.asarray(v) for k, v in scoped(values, scope).items()}
+    mu = build_rig(effects, seen).friction(omega)
+    return Friction(np.asarray(mu.real).T, np.asarray(-omega * mu.imag).T)
+
+
+def scopes(problem: Problem) -> dict[str, tuple[str, ...]]:
+    """Views of the rig that differ in friction, by label; one, "", where nothing varies."""
+    varied = {p.label.rpartition("[")[2][:-1] for p in problem.parameters.sampled if p.varies}
+    if not varied:
+        return {"": ()}
+    return {label: (label,) for label in sorted(varied)}

@@ -1,0 +1,166 @@
+"""What draws of z say: parameters in SI, friction, sensors, predictions beside data."""
+
+import dataclasses
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from rigid.correlation import autoregression
+from rigid.friction import Friction, friction, scopes
+from rigid.likelihood import Piece
+from rigid.problem import Problem, predict
+from rigid.search import Found
+
+BATCH = 64
+"""Walkers in one compiled program here; draws are padded up to it."""
+
+LEVELS = (5.0, 25.0, 50.0, 75.0, 95.0)
+
+
+@dataclasses.dataclass(frozen=True)
+class Channel:
+    """One sensor in one record: what it read and what the posterior says it should have read.
+
+    - `record`, `cylinder`, `kind`, `quantity`; `time` (n,) [s]; `data` (n,) SI, NaN where nothing
+      was read. - `quantiles` (5, n): LEVELS of the noiseless reading, gain and zero included.
+    - `replicates` (draws, n): readings with noise and rounding, as the sensor would give them.
+    - `residual` (n,): one step ahead, over `floor`. - `gap`: its root mean square.
+    - `correlation_time` [s]: 0 where residuals are independent.
+    """
+
+    record: str
+    cylinder: str
+    kind: str
+    quantity: str
+    time: np.ndarray
+    data: np.ndarray
+    quantiles: np.ndarray
+    replicates: np.ndarray
+    residual: np.ndarray
+    gap: float
+    correlation_time: float
+
+
+@eqx.filter_jit
+def _evaluate(problem: Problem, z: Array) -> tuple[dict, dict]:
+    """Per-record log-likelihoods and the law of each sensor's gain and zero at z."""
+    found = problem.fitted(z)
+    sensors = {
+        label: jnp.stack([
+            s.best.gain, s.best.zero, s.var_gain, s.covariance, s.var_zero
+        ])
+        for label, s in found.sensors.items()
+    }
+    tracks = {
+        problem.groups[g].tracks[t].label: value for (g, t), value in found.tracks.items()
+    }
+    return tracks, sensors
+
+
+def _batched(z: np.ndarray):
+    """Cut z (n, size) into batches of one shape; yields them with the number of rows that count."""
+    for begin in range(0, len(z), BATCH):
+        rows = z[begin : begin + BATCH]
+        room = BATCH - len(rows)
+        yield jnp.asarray(np.pad(rows, ((0, room), (0, 0)), mode="edge")), len(rows)
+
+
+def values_of(problem: Problem, z: np.ndarray) -> dict[str, np.ndarray]:
+    """Parameters in SI by label, (n,) each, the known ones included."""
+    return {k: np.asarray(v) for k, v in problem.parameters.values(jnp.asarray(z)).items()}
+
+
+def frictions(problem: Problem, values: dict[str, np.ndarray]) -> dict[str, Friction]:
+    """Friction over frequency for every view of the rig that has its own."""
+    return {
+        label: friction(problem.effects, values, scope)
+        for label, scope in scopes(problem).items()
+    }
+
+
+def evaluations(problem: Problem, z: np.ndarray) -> tuple[dict, dict]:
+    """Log-likelihood of every track and law of every sensor, for z (n, size).
+
+    Returns (n,) by track and (5, n) by sensor: gain, zero, variances and covariance.
+    """
+    parts = [(_evaluate(problem, rows), n) for rows, n in _batched(z)]
+    tracks = {
+        label: np.concatenate([np.asarray(p[0][label])[:n] for p, n in parts])
+        for label in parts[0][0][0]
+    }
+    sensors = {
+        label: np.concatenate([np.asarray(p[1][label])[:, :n] for p, n in parts], axis=1)
+        for label in parts[0][0][1]
+    }
+    return tracks, sensors
+
+
+def sensor_draws(laws: dict[str, np.ndarray], rng: np.random.Generator) -> dict[str, np.ndarray]:
+    """Draw gain and zero (2, n) of each sensor from its law given the rest."""
+    out = {}
+    for label, (gain, zero, var_gain, covariance, var_zero) in laws.items():
+        a, b = rng.standard_normal((2, len(gain)))
+        slope = covariance / var_gain
+        rest = np.sqrt(np.maximum(var_zero - slope * covariance, 0.0))
+        shift = np.sqrt(var_gain) * a
+        out[label] = np.stack([gain + shift, zero + slope * shift + rest * b])
+    return out
+
+
+def channels(found: Found, z: np.ndarray, seed: int) -> list[Channel]:
+    """Compare every channel with predictions from draws z (n, size); the first is the best fit."""
+    problem, rng = found.problem, np.random.default_rng(seed)
+    _, laws = evaluations(problem, z)
+    drawn = sensor_draws(laws, rng)
+    for label, law in laws.items():
+        drawn[label][:, 0] = law[:2, 0]
+    values = values_of(problem, z)
+    parts = [(predict(problem, rows), n) for rows, n in _batched(z)]
+    out = []
+    for piece in problem.pieces:
+        for i, track in enumerate(piece.tracks):
+            reading = np.concatenate(
+                [np.asarray(p[piece.group][piece.quantity])[:, track, :n] for p, n in parts], axis=1
+            ).T
+            gain, zero = drawn[piece.sensor(i)]
+            reading = reading * (1.0 + gain[:, None]) + zero[:, None]
+            sigma = values[f"noise[{piece.sensor(i)}]"]
+            out.append(_channel(found, piece, i, reading, (sigma, rng)))
+    return out
+
+
+def _channel(
+    found: Found, piece: Piece, i: int, reading: np.ndarray, noise: tuple
+) -> Channel:
+    """Make one channel; row 0 of `reading` (draws, samples) is the best fit."""
+    track = found.problem.groups[piece.group].tracks[piece.tracks[i]]
+    n, step = track.samples, piece.sheet.step
+    data, read = np.asarray(piece.data[:n, i]), np.asarray(piece.weight[:n, i]) > 0
+    reading = reading[:, :n]
+    sigma, rng = noise
+    replicates = reading + sigma[:, None] * rng.standard_normal(reading.shape)
+    if step > 0.0:
+        replicates = np.round(replicates / step) * step
+    raw = np.where(read, data - reading[0], 0.0) / piece.sheet.floor
+    ahead = autoregression(raw, read).ahead(raw, read)
+    memory = found.correlation[piece.group, piece.quantity, piece.tracks[i]]
+    return Channel(
+        record=track.name,
+        cylinder=track.cylinder,
+        kind=track.kind,
+        quantity=piece.quantity,
+        time=track.times,
+        data=np.where(read, data, np.nan),
+        quantiles=np.percentile(reading, LEVELS, axis=0),
+        replicates=replicates.astype(np.float32),
+        residual=ahead,
+        gap=float(np.sqrt(np.nanmean(ahead**2))),
+        correlation_time=memory.time * track.interval if len(memory.coefficients) else 0.0,
+    )
+
+
+def overall_gap(shown: list[Channel]) -> float:
+    """Root mean square of all residuals together."""
+    return float(np.sqrt(np.nanmean(np.concatenate([c.residual for c in shown]) ** 2)))

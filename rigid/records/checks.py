@@ -1,0 +1,252 @@
+"""What can be wrong with a record's clock and channels."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from rigid.records.defects import Defect, at_lines, runs
+from rigid.records.plausible import implausible, implausible_interval
+from rigid.spec import SensorSpec, Stretch
+
+FEWEST = 20  # samples
+GAP = 1.5  # sampling intervals
+SATURATED_RUN = 3  # samples
+STUCK_FOR = 2.0  # s
+JUMP = 5.0  # a sensor that thaws jumps by so many steps, and times its usual change
+COUPLED = 100.0  # steps that pressure may move while load stands still, or load while pressure does
+FLICKER_RUN = 200  # samples in which the noise of a healthy sensor changes the reading
+FLICKER_NOISE = 0.2  # of a step, for that to hold
+MUST_MOVE = {
+    "frame": ("load", "pressure"),
+    "release": ("acceleration", "load"),
+    "free-run": ("stroke",),
+    "field": (),
+}
+
+
+@runtime_checkable
+class Sheets(Protocol):
+    """The specification of each quantity's sensor: a mapping, or the sensors of a spec."""
+
+    def __getitem__(self, quantity: str, /) -> SensorSpec:
+        """Return the specification of the sensor of `quantity`."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A record as the checks see it.
+
+    - time: (n,) s, increasing; rows: (n,) lines of the file
+    - values: quantity -> (n,) SI; units: quantity -> unit in the file, `time` included
+    - stretch: (n,) number of the stretch of the valve; open_valve: (n,) bool
+    """
+
+    kind: str
+    time: np.ndarray
+    rows: np.ndarray
+    values: Mapping[str, np.ndarray]
+    units: Mapping[str, str]
+    stretch: np.ndarray
+    open_valve: np.ndarray
+
+
+def stretches(time: np.ndarray, valve: tuple[Stretch, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Return for each time the number of its stretch and whether the valve is open.
+
+    - time: (n,) s
+    - valve: the stretches in order; none means open throughout, and the last one lasts
+    """
+    if not valve:
+        return np.zeros(len(time), dtype=np.int64), np.ones(len(time), dtype=np.bool_)
+    ends = np.array([s.until for s in valve])
+    number = np.minimum(np.searchsorted(ends, time, side="right"), len(valve) - 1)
+    is_open = np.array([s.position == "open" for s in valve])
+    return number, is_open[number]
+
+
+def clock(time: np.ndarray, rows: np.ndarray) -> list[Defect]:
+    """Return the defects that keep `time`, (n,) s, from increasing: `nan`, `time-not-increasing`.
+
+    The samples they concern are dropped when they are accepted.
+    """
+    found = []
+    lost = ~np.isfinite(time)
+    if lost.any():
+        says = f"no time in {at_lines(rows, np.flatnonzero(lost))}; remove the lines"
+        found.append(Defect("nan", "time", says, lost))
+    known = np.where(lost, -np.inf, time)
+    before = np.concatenate([[-np.inf], np.maximum.accumulate(known)[:-1]])
+    back = ~lost & (time <= before)
+    if back.any():
+        k = int(np.argmax(back))
+        says = (
+            f"{at_lines(rows, np.flatnonzero(back))}: the time does not increase, {time[k]:.6g} s "
+            f"after {before[k]:.6g} s; remove repeated or mixed rows, or choose rows of one run"
+        )
+        found.append(Defect("time-not-increasing", "time", says, back))
+    return found
+
+
+def sampling(time: np.ndarray, rows: np.ndarray, unit: str) -> list[Defect]:
+    """Return the defects of an increasing clock: `too-short`, `unit`, `gap`."""
+    everywhere = np.ones(len(time), dtype=bool)
+    found = []
+    if len(time) < FEWEST:
+        says = f"{len(time)} samples where at least {FEWEST} are needed; record for longer"
+        found.append(Defect("too-short", "time", says, everywhere))
+    if len(time) < 2:
+        return found
+    steps = np.diff(time)
+    interval = float(np.median(steps))
+    says = implausible_interval(interval, unit)
+    if says:
+        found.append(Defect("unit", "time", says, everywhere))
+    wide = np.concatenate([[False], steps > GAP * interval])
+    if wide.any():
+        k = int(np.argmax(wide))
+        says = (
+            f"{at_lines(rows, np.flatnonzero(wide))}: samples are missing, the time steps by "
+            f"{steps[k - 1]:.4g} s where {interval:.4g} s is usual; record again or cut the record"
+        )
+        found.append(Defect("gap", "time", says, wide))
+    return found
+
+
+def channels(run: Run, sensors: Sheets) -> list[Defect]:
+    """Return the defects of all channels: `nan`, `saturated`, `unit`, `stuck`."""
+    found = []
+    for quantity in run.values:
+        found += lost(run, quantity)
+        found += unit(run, quantity)
+        found += saturated(run, quantity, sensors[quantity])
+        found += list(dead(run, quantity, sensors[quantity])) or list(
+            frozen(run, quantity, sensors)
+        )
+    return found
+
+
+def lost(run: Run, quantity: str) -> list[Defect]:
+    """Return the defect of samples without a number."""
+    bad = ~np.isfinite(run.values[quantity])
+    if not bad.any():
+        return []
+    says = (
+        f"{at_lines(run.rows, np.flatnonzero(bad))}: no number was recorded; "
+        "look at the sensor and its cable"
+    )
+    return [Defect("nan", quantity, says, bad)]
+
+
+def unit(run: Run, quantity: str) -> list[Defect]:
+    """Return the defect of values that are wrong by a factor of about 1,000."""
+    values = run.values[quantity]
+    says = implausible(run.kind, quantity, values, run.units[quantity])
+    if not says:
+        return []
+    k = int(np.nanargmax(np.abs(values)))
+    says = f"line {run.rows[k]}: {says}"
+    return [Defect("unit", quantity, says, np.ones(len(values), dtype=bool))]
+
+
+def saturated(run: Run, quantity: str, sensor: SensorSpec) -> list[Defect]:
+    """Return the defect of successive samples at the end of the sensor's range.
+
+    A lower end of zero or more is no rail: gauges and strokes rest there.
+    """
+    values = run.values[quantity]
+    low, high = sensor.range
+    bad = np.zeros(len(values), dtype=bool)
+    at_high = values >= high - 1e-9 * abs(high) if np.isfinite(high) else bad
+    at_low = values <= low + 1e-9 * abs(low) if np.isfinite(low) and low < 0 else bad
+    for at_rail in (at_high, at_low):
+        for first, last in zip(*runs(at_rail), strict=True):
+            if last - first + 1 >= SATURATED_RUN:
+                bad[first : last + 1] = True
+    if not bad.any():
+        return []
+    firsts, lasts = runs(bad)
+    k, count = int(firsts[0]), int(bad.sum())
+    says = (
+        f"lines {run.rows[k]} to {run.rows[lasts[0]]}, {count} samples in all: the sensor is at "
+        f"the end of its range, {values[k]:.4g}; use a sensor of wider range"
+    )
+    return [Defect("saturated", quantity, says, bad)]
+
+
+def dead(run: Run, quantity: str, sensor: SensorSpec) -> Iterator[Defect]:
+    """Yield the defect of a channel that never changes, where it would if it were alive."""
+    values = run.values[quantity]
+    real = values[np.isfinite(values)]
+    if len(real) < 2 or np.any(real != real[0]):
+        return
+    flickers = (sensor is None or sensor.noise >= FLICKER_NOISE * sensor.step) and len(
+        real
+    ) >= FLICKER_RUN
+    if flickers or quantity in MUST_MOVE.get(run.kind, ()):
+        says = (
+            f"lines {run.rows[0]} to {run.rows[-1]}: every sample reads {real[0]:.6g}; "
+            "look at the sensor, or leave the channel out"
+        )
+        yield Defect("stuck", quantity, says, np.ones(len(values), dtype=bool))
+
+
+def frozen(run: Run, quantity: str, sensors: Sheets) -> Iterator[Defect]:
+    """Yield the defect of a channel that stands still for long while it should move.
+
+    Only with the valve open, and only where it then jumps far more than it usually changes, or,
+    in a frame, where pressure moves far while load stands still or the other way round. At rest
+    and in a hold a coarse converter repeats itself, and so it may.
+    """
+    values = run.values[quantity]
+    if quantity not in ("load", "stroke", "pressure") or len(values) < 2:
+        return
+    change = np.diff(values)
+    still = (change == 0) & run.open_valve[1:] & (np.diff(run.stretch) == 0)
+    bad = np.zeros(len(values), dtype=bool)
+    for first, end in zip(*runs(still), strict=True):
+        last = int(end) + 1
+        if run.time[last] - run.time[first] > STUCK_FOR and (
+            thaws(run, quantity, last, resolution(sensors, quantity))
+            or left_behind(run, quantity, slice(first, last + 1), sensors)
+        ):
+            bad[first : last + 1] = True
+    if bad.any():
+        firsts, lasts = runs(bad)
+        first, last = firsts[0], lasts[0]
+        says = (
+            f"lines {run.rows[first]} to {run.rows[last]}: reads {values[first]:.6g} for "
+            f"{run.time[last] - run.time[first]:.3g} s with the valve open while it should move; "
+            "look at the sensor and its cable"
+        )
+        yield Defect("stuck", quantity, says, bad)
+
+
+def thaws(run: Run, quantity: str, last: int, step: float) -> bool:
+    """Whether the channel jumps as never else just after position `last`."""
+    change = np.abs(np.diff(run.values[quantity]))
+    if last >= len(change) or run.stretch[last + 1] != run.stretch[last]:
+        return False
+    others = np.delete(change, last)
+    others = others[others > 0]
+    if len(others) == 0:
+        return False
+    return bool(change[last] > JUMP * max(step, float(np.percentile(others, 99))))
+
+
+def left_behind(run: Run, quantity: str, when: slice, sensors: Sheets) -> bool:
+    """Whether pressure moved far in a frame while load stood still, or the other way round."""
+    other = {"load": "pressure", "pressure": "load"}.get(quantity)
+    if run.kind != "frame" or other is None or other not in run.values:
+        return False
+    seen = run.values[other][when]
+    seen = seen[np.isfinite(seen)]
+    return bool(len(seen) and np.ptp(seen) > COUPLED * resolution(sensors, other))
+
+
+def resolution(sensors: Sheets, quantity: str) -> float:
+    """Return the larger of a sensor's step and noise, in SI."""
+    sensor = sensors[quantity]
+    return max(sensor.step, sensor.noise)

@@ -1,0 +1,210 @@
+"""From the records a spec names to checked, immutable records in SI."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+
+import numpy as np
+
+from rigid.errors import InputError
+from rigid.records import checks
+from rigid.records.defects import Defect, settle
+from rigid.records.files import Source, load
+from rigid.records.record import Channel, Record, grid
+from rigid.records.table import Table
+from rigid.records.units import TIMESTAMP, to_si
+from rigid.spec import ChannelSpec, RecordSpec, Spec
+
+TIME = "time"
+INVALIDATES = ("nan", "saturated")  # accepted, these make samples invalid
+
+
+@dataclass(frozen=True, eq=False)
+class Raw:
+    """The samples of one record in SI, before the checks.
+
+    - rows: (n,) lines of the file
+    - columns: quantity -> (n,) SI, `time` included; names: quantity -> column in the file
+    """
+
+    rows: np.ndarray
+    columns: Mapping[str, np.ndarray]
+    names: Mapping[str, str]
+
+    def only(self, keep: np.ndarray) -> "Raw":
+        """Return the samples where `keep`, (n,) bool, is True."""
+        kept = {quantity: values[keep] for quantity, values in self.columns.items()}
+        return Raw(self.rows[keep], kept, self.names)
+
+
+def read_records(spec: Spec) -> tuple[Record, ...]:
+    """Return the records of the spec that are fitted (`fit`), in its order.
+
+    A file that several records name is read once.
+
+    Raises InputError with the problems of all files, one a line.
+    """
+    files: dict[Path, Source | InputError] = {}
+    found, problems = [], []
+    for record in spec.records:
+        if record.fit:
+            try:
+                found.append(read_record(record, spec.sensors, files))
+            except InputError as error:
+                problems += str(error).splitlines()
+    if problems:
+        raise InputError("\n".join(dict.fromkeys(problems)))
+    return tuple(found)
+
+
+def read_record(
+    spec: RecordSpec,
+    sensors: checks.Sheets,
+    files: dict[Path, Source | InputError] | None = None,
+) -> Record:
+    """Return one record: read, converted to SI and checked.
+
+    - sensors: quantity -> its specification, whose range the samples are held against
+    - files: what was read before; the file is added to it
+
+    Raises InputError when the file cannot be understood or has defects that the spec does not
+    accept, and EnvironmentFaultError when the system does not let it be read.
+    """
+    where = f"{spec.file}: record {spec.name!r}"
+    source = _load(spec.file, {} if files is None else files)
+    raw = _convert(spec, source.table, where)
+    raw, notes = _on_clock(spec, raw, where)
+    time = raw.columns[TIME]
+    stretch, open_valve = checks.stretches(time, spec.valve)
+    values = {quantity: v for quantity, v in raw.columns.items() if quantity != TIME}
+    units = {quantity: channel.unit for quantity, channel in spec.channels.items()}
+    run = checks.Run(spec.kind, time, raw.rows, values, units, stretch, open_valve)
+    defects = checks.sampling(time, raw.rows, units[TIME]) + checks.channels(run, sensors)
+    notes += settle(where, defects, spec.accept)
+    interval, uniform = grid(time)
+    return Record(
+        name=spec.name,
+        kind=spec.kind,
+        cylinder=spec.cylinder,
+        path=spec.file,
+        sha256=source.sha256,
+        time=time,
+        channels=_channels(raw, units, defects),
+        valve=spec.valve,
+        preload=spec.preload,
+        release_time=spec.release_time,
+        interval=interval,
+        uniform=uniform,
+        notes=(*source.table.notes, *notes),
+    )
+
+
+def _load(path: Path, files: dict[Path, Source | InputError]) -> Source:
+    """Return the file, read only once; a file that failed fails again in the same words."""
+    if path not in files:
+        try:
+            files[path] = load(path)
+        except InputError as error:
+            files[path] = error
+    source = files[path]
+    if isinstance(source, InputError):
+        raise source
+    return source
+
+
+def _convert(spec: RecordSpec, table: Table, where: str) -> Raw:
+    """Return the record's columns in SI, over the rows the spec names."""
+    columns, names, problems = {}, {}, []
+    for quantity, channel in spec.channels.items():
+        there = f"{where}, {quantity}"
+        try:
+            names[quantity] = _column(table, channel, there)
+            columns[quantity] = _si(table, names[quantity], quantity, channel, there)
+        except InputError as error:
+            problems.append(str(error))
+    if problems:
+        raise InputError("\n".join(problems))
+    raw = Raw(table.rows, columns, names)
+    if spec.rows is not None:
+        first, last = spec.rows
+        raw = raw.only((table.rows >= first) & (table.rows <= last))
+        if len(raw.rows) == 0:
+            raise InputError(
+                f"{where}: rows {first} to {last} hold no samples; the file's samples stand in "
+                f"lines {table.rows[0]} to {table.rows[-1]}"
+            )
+    for quantity, column in raw.columns.items():
+        if not np.isfinite(column).any():
+            raise InputError(
+                f"{where}, {quantity}: column {names[quantity]!r} holds no number at all; "
+                "name another column or leave the channel out"
+            )
+    return raw
+
+
+def _column(table: Table, channel: ChannelSpec, where: str) -> str:
+    """Return the name of the channel's column; raises InputError when the file has none such."""
+    names = list(table.columns)
+    if isinstance(channel.column, int) and 1 <= channel.column <= len(names):
+        return names[channel.column - 1]
+    wanted = str(channel.column)
+    if isinstance(channel.column, str) and wanted in table.columns:
+        return wanted
+    folded = {name.lower(): name for name in names}
+    near = get_close_matches(wanted.lower(), folded, n=1, cutoff=0.5)
+    hint = f"did you mean {folded[near[0]]!r}? " if near else ""
+    raise InputError(
+        f"{where}: the file has no column {channel.column!r}; {hint}it has "
+        f"{', '.join(repr(name) for name in names)}"
+    )
+
+
+def _si(table: Table, name: str, quantity: str, channel: ChannelSpec, where: str) -> np.ndarray:
+    """Return one column in SI, (n,): recorded x factor + offset, NaN where nothing is."""
+    if name in table.refused:
+        raise InputError(
+            f"{where}: column {name!r} is not all numbers: {table.refused[name]}; "
+            "correct the cell or name another column"
+        )
+    stamped = name in table.timestamps
+    if stamped != (channel.unit == TIMESTAMP):
+        what = "time stamps" if stamped else "numbers, no time stamps"
+        todo = f"set unit = {TIMESTAMP!r}" if stamped else "give the unit of the numbers"
+        if stamped and quantity != TIME:
+            todo = "name another column"
+        raise InputError(f"{where}: column {name!r} holds {what}; {todo}")
+    factor = to_si(quantity, channel.unit, channel.scale, where)
+    recorded = table.columns[name]
+    return np.where(np.isfinite(recorded), recorded * factor + channel.offset, np.nan)
+
+
+def _on_clock(spec: RecordSpec, raw: Raw, where: str) -> tuple[Raw, tuple[str, ...]]:
+    """Return the samples whose time increases, and notes of the accepted defects."""
+    defects = checks.clock(raw.columns[TIME], raw.rows)
+    notes = settle(where, defects, spec.accept)
+    for defect in defects:
+        notes += (f"{int(defect.samples.sum())} samples without increasing time were dropped",)
+    drop = np.zeros(len(raw.rows), dtype=bool)
+    for defect in defects:
+        drop |= defect.samples
+    kept = raw.only(~drop)
+    if len(kept.rows) < 2:
+        raise InputError(
+            f"{where}: {len(kept.rows)} samples, too few for a record; record for longer"
+        )
+    return kept, notes
+
+
+def _channels(raw: Raw, units: Mapping[str, str], defects: list[Defect]) -> dict[str, Channel]:
+    """Return the channels, samples with an accepted defect invalid."""
+    made = {}
+    for quantity, values in raw.columns.items():
+        if quantity == TIME:
+            continue
+        valid = np.ones(len(values), dtype=bool)
+        for defect in defects:
+            if defect.quantity == quantity and defect.name in INVALIDATES:
+                valid &= ~defect.samples
+        made[quantity] = Channel(quantity, values, valid, raw.names[quantity], units[quantity])
+    return made
