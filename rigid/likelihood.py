@@ -193,22 +193,3 @@ def fitted(
         for label, expansion in expansions.items()
     }
     return Fitted(sum(s.value for s in sensors.values()), sensors, tracks)
-
-
-def deviance_residuals(
-    pieces: tuple[Piece, ...],
-    predictions: list[dict[str, Array]],
-    values: Mapping[str, Array],
-    corrections: Mapping[str, noise.Calibration],
-) -> Array:
-    """Stack the weighted deviance residuals of all samples read, for a least-squares solver."""
-    rows = []
-    for piece in pieces:
-        m, sigma = piece.reading(predictions), piece.sigma(values)
-        labels = [piece.sensor(i) for i in range(len(piece.tracks))]
-        gain = jnp.stack([corrections[label].gain for label in labels])
-        zero = jnp.stack([corrections[label].zero for label in labels])
-        r = piece.data[..., None] - (1.0 + gain) * m - zero
-        deviance = noise.deviance_residual(r, sigma, piece.sheet.step, piece.sheet.noise)
-        rows.append((jnp.sqrt(piece.weight)[..., None] * deviance)[..., 0].ravel())
-    return jnp.concatenate(rows)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.quantisation import Point, curve, interval
+from rigid.quantisation import Point, curve
 
 LOG_SQRT_2PI = 0.9189385332046727
 FINE_STEP = 0.25
@@ -165,19 +165,3 @@ def marginal(expansion: Quadratic, at: Calibration, spread: Spread) -> Marginal:
     )
     best = Calibration(at.gain + d_gain, at.zero + d_zero)
     return Marginal(value, best, c / determinant, -b / determinant, a / determinant)
-
-
-def deviance_residual(residual: Array, sigma: Array, step: float, sheet_noise: float) -> Array:
-    """Signed root of minus twice the log-likelihood ratio to a perfect reading, smooth at 0.
-
-    Half the sum of its squares is minus the log-likelihood, up to a constant at given `sigma`, so
-    that a least-squares solver finds the maximum of the exact likelihood.
-    """
-    if step <= FINE_STEP * sheet_noise:
-        return residual / jnp.sqrt(sigma**2 + step**2 / 12.0)
-    close = 1e-3 * sigma
-    bend = -interval(jnp.zeros_like(residual), sigma, step).curvature
-    safe = jnp.where(jnp.abs(residual) < close, close, residual)
-    drop = interval(0.0 * safe, sigma, step).value - interval(safe, sigma, step).value
-    root = jnp.sign(safe) * jnp.sqrt(2.0 * jnp.maximum(drop, 1e-300))
-    return jnp.where(jnp.abs(residual) < close, residual * jnp.sqrt(bend), root)

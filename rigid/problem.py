@@ -9,8 +9,7 @@ from jax import Array
 
 from rigid.effects import AbstractEffect
 from rigid.groups import AbstractGroup
-from rigid.likelihood import Fitted, Piece, deviance_residuals, fitted
-from rigid.noise import Calibration
+from rigid.likelihood import Fitted, Piece, fitted
 from rigid.parameters import Parameters, scoped
 from rigid.rig import Rig, build_rig
 
@@ -52,30 +51,6 @@ class Problem(eqx.Module):
         return tuple(
             dict.fromkeys(p.sensor(i) for p in self.pieces for i in range(len(p.tracks)))
         )
-
-    def corrections(self, standard: Array) -> dict[str, Calibration]:
-        """Gains and zeros from their standard values (sensors, 2), each shaped (1,)."""
-        spreads = {p.sensor(i): p.sheet.spread for p in self.pieces for i in range(len(p.tracks))}
-        return {
-            label: Calibration(
-                standard[i, :1] * spreads[label].gain, standard[i, 1:] * spreads[label].zero
-            )
-            for i, label in enumerate(self.sensors)
-        }
-
-    def residuals(self, z: Array, standard: Array) -> Array:
-        """Everything a least-squares solver brings to zero, at z (size,).
-
-        - `standard` (sensors, 2): gains and zeros, standard normal a priori.
-
-        Half its sum of squares is minus the log of posterior and prior, up to a constant at
-        given noise levels.
-        """
-        values = self.parameters.values(z[None])
-        rows = deviance_residuals(
-            self.pieces, self.predict(values), values, self.corrections(standard)
-        )
-        return jnp.concatenate([rows, z, standard.ravel()])
 
     def with_weights(self, weights: Mapping[tuple[int, str], np.ndarray]) -> "Problem":
         """Return the same problem with other weights, by (group, quantity)."""

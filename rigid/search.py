@@ -1,9 +1,8 @@
 """Best fits from many starts, and the Gaussian law around each.
 
 The release record has several optima in (k_LC, mu); a single start ends in one of them without a
-sign of it. Starts are drawn from the prior; optimistix's Levenberg-Marquardt takes each to an
-optimum of the exact likelihood (as deviance residuals); then noise levels and correlation times
-are brought up to date and the best optima refined.
+sign of it. Starts are drawn from the prior and each is led to an optimum of the exact likelihood;
+then noise levels and correlation times are brought up to date and the best optima refined.
 """
 
 import dataclasses
@@ -12,21 +11,16 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
-import lineax
 import numpy as np
-import optimistix
 from jax import Array
 
 from rigid.correlation import Autoregression, autoregression
 from rigid.likelihood import fitted
+from rigid.newton import descend, is_noise, joined, split
 from rigid.noise import sample_law
 from rigid.problem import Problem, log_posterior
 
-TOLERANCE = 1e-5
-"""On z; the best-known parameters have posterior sds of 1e-3 and more in z."""
-MAX_STEPS = 80
 KEEP_WITHIN = 40.0
 """Optima that lie further below the best in log-posterior have a weight below 1e-17."""
 SAME_WITHIN = 3.0
@@ -58,7 +52,7 @@ class Found:
 
     - `problem`: with weights for the correlation found. - `optima`: best first.
     - `correlation`: by (group, quantity, track), of the scores at the best optimum.
-    - `starts`: how many there were. - `levels` (starts,): what each reached, half a chi-square.
+    - `starts`: how many there were. - `levels` (starts,): what each reached, minus the log-posterior.
     """
 
     problem: Problem
@@ -66,49 +60,6 @@ class Found:
     correlation: dict[tuple[int, str, int], Autoregression]
     starts: int
     levels: np.ndarray
-
-
-def split(problem: Problem, w: Array, z_noise: Array) -> tuple[Array, Array]:
-    """Part a solver's vector into z (size,), noise levels put in, and gains and zeros."""
-    noisy = is_noise(problem)
-    free = np.flatnonzero(~noisy)
-    z = jnp.zeros(problem.parameters.size).at[free].set(w[: len(free)])
-    z = z.at[np.flatnonzero(noisy)].set(z_noise)
-    return z, w[len(free) :].reshape(-1, 2)
-
-
-def joined(problem: Problem, z: np.ndarray, standard: np.ndarray) -> np.ndarray:
-    """Solver's vector of z, its noise levels left out, and gains and zeros (sensors, 2)."""
-    return np.concatenate([z[~is_noise(problem)], standard.ravel()])
-
-
-def is_noise(problem: Problem) -> np.ndarray:
-    """Which entries of z are noise levels (size,)."""
-    return np.array([p.base == "noise" for p in problem.parameters.sampled])
-
-
-def _residuals(w: Array, arguments: tuple[Problem, Array]) -> Array:
-    problem, z_noise = arguments
-    return problem.residuals(*split(problem, w, z_noise))
-
-
-@eqx.filter_jit
-def solve(problem: Problem, w: Array, z_noise: Array) -> tuple[Array, Array]:
-    """Lead a solver's vector to an optimum at given noise levels; it and half its sum of squares."""
-    solver = optimistix.LevenbergMarquardt(
-        rtol=TOLERANCE, atol=TOLERANCE, linear_solver=lineax.QR()
-    )
-    found = optimistix.least_squares(
-        _residuals, solver, w, args=(problem, z_noise), max_steps=MAX_STEPS, throw=False
-    )
-    return found.value, 0.5 * jnp.sum(found.state.f_info.residual ** 2)
-
-
-@eqx.filter_jit
-def information(problem: Problem, w: Array, z_noise: Array) -> Array:
-    """Information matrix at a solver's vector, prior included."""
-    slope = jax.jacfwd(_residuals)(w, (problem, z_noise))
-    return slope.T @ slope
 
 
 def search(
@@ -125,8 +76,8 @@ def search(
     zero = np.zeros((len(problem.sensors), 2))
 
     def run(z: np.ndarray) -> tuple[np.ndarray, float]:
-        end, level = solve(problem, jnp.asarray(joined(problem, z, zero)), jnp.asarray(z_noise))
-        return np.asarray(end), float(level)
+        end, there = descend(problem, joined(problem, z, zero), z_noise)
+        return end, there.value
 
     ends = [run(first[0])]
     report(1)
@@ -150,8 +101,7 @@ def _refined(
         z_noise = z[is_noise(plain)]
         correlation = score_correlation(plain, z)
         problem = plain.with_weights(_weights(plain, correlation))
-        begin = jnp.asarray(joined(plain, z, standard))
-        best = np.asarray(solve(problem, begin, jnp.asarray(z_noise))[0])
+        best = descend(problem, joined(plain, z, standard), z_noise)[0]
     good = [w for w, level in zip(ends, levels, strict=True) if np.isfinite(level)]
     optima = [_optimum(problem, *f, z_noise) for f in _distinct(problem, [best, *good], z_noise)]
     optima.sort(key=lambda o: -o.log_posterior)
@@ -169,13 +119,11 @@ def _distinct(problem: Problem, ends: list[np.ndarray], z_noise: np.ndarray) -> 
     for number, w in enumerate(ends):
         near = next((f for f in found if _distance(f[0], w, f[2]) < SAME_WITHIN), None)
         if near is None:
-            end, level = solve(problem, jnp.asarray(w), jnp.asarray(z_noise))
-            end, level = np.asarray(end), float(level)
-            floor = min(floor, level)
+            end, there = descend(problem, w, z_noise)
+            floor = min(floor, there.value)
             near = next((f for f in found if _distance(f[0], end, f[2]) < SAME_WITHIN), None)
-            if near is None and level < floor + KEEP_WITHIN:
-                known = np.asarray(information(problem, jnp.asarray(end), jnp.asarray(z_noise)))
-                near = [end, 0, known]
+            if near is None and there.value < floor + KEEP_WITHIN:
+                near = [end, 0, there.information]
                 found.append(near)
         if near is not None and number > 0:
             near[1] += 1
@@ -267,7 +215,5 @@ def refit(problem: Problem, found: Found) -> Optimum:
     problem = problem.with_weights(weights)
     best = found.optima[0]
     z_noise = best.z[is_noise(problem)]
-    w = jnp.asarray(joined(problem, best.z, best.standard))
-    end = np.asarray(solve(problem, w, jnp.asarray(z_noise))[0])
-    known = np.asarray(information(problem, jnp.asarray(end), jnp.asarray(z_noise)))
-    return _optimum(problem, end, 0, known, z_noise)
+    end, there = descend(problem, joined(problem, best.z, best.standard), z_noise)
+    return _optimum(problem, end, 0, there.information, z_noise)

@@ -82,7 +82,7 @@ def slow_codes(
     for channel in SLOW_CHANNELS:
         rng = stream(truth.seed, "noise", run.name, run.cylinder, channel)
         noise = unit_noise(rng, times.size, truth.noise_correlation)
-        sensor = truth.sensors[f"{channel}[{run.cylinder}]"]
+        sensor = truth.sensors[f"{channel},{run.cylinder}"]
         codes[channel, run.cylinder] = sensor.codes(values[channel], noise)
     return codes
 
@@ -91,7 +91,7 @@ def release_counts(truth: Truth, run: Run, hidden: tuple[Piece, ...] = ()) -> np
     """Counts of the accelerometer's three axes, (3, samples); the other two only hiss."""
     times, values = simulate(truth, run, hidden)
     rng = stream(truth.seed, "noise", run.name, run.cylinder, "acceleration")
-    sensor = truth.sensors["acceleration"]
+    sensor = truth.sensors[f"acceleration,{run.cylinder}"]
     noise = rng.standard_normal((3, times.size))
     still = np.zeros(times.size)
     return np.stack(
@@ -105,11 +105,10 @@ def release_counts(truth: Truth, run: Run, hidden: tuple[Piece, ...] = ()) -> np
 def _write_release(
     truth: Truth, run: Run, path: Path, begin: datetime, hidden: tuple[Piece, ...]
 ) -> None:
-    """The accelerometer's clock is off by minutes, and it records with a delay of its own."""
+    """The accelerometer's own clock is off by minutes."""
     rng = stream(truth.seed, "accelerometer-clock", run.name)
     start = begin + timedelta(milliseconds=int(rng.integers(-180_000, 180_000)))
-    delay = int(rng.integers(500, 1_000)) * 1e-3
-    write_accelerometer(path, release_counts(truth, run, hidden), start, delay)
+    write_accelerometer(path, release_counts(truth, run, hidden), start, run.file_start)
 
 
 def field_truth(

@@ -46,7 +46,7 @@ FREQUENCIES = (0.0, 0.1, 1.0, 3.0, 10.0, 30.0, 80.0, 100.0, 300.0)  # Hz, of the
 class Truth:
     """Everything that a fit does not know of a campaign.
 
-    - sensors: by "channel[cylinder]"; the accelerometer is plain "acceleration"
+    - sensors: by "channel,cylinder"; the accelerometer rides on cylinder A's
     - noise_correlation: AR(1) coefficient of the slow channels' noise
     - hidden: names of the pieces hidden in the data
     """
@@ -60,13 +60,25 @@ class Truth:
     hidden: tuple[str, ...] = ()
 
     def parameters(self) -> dict[str, float]:
-        """Flat table in the names of the fit, e.g. `kappa[free-run-2,A]`."""
-        table = {**asdict(self.rig), **asdict(self.friction)}
+        """Flat table in the names of the fit with memory, e.g. `kappa[free-run-2,A]`.
+
+        `mu` is the dashpot's coefficient mu_inf; `release_time` is on the clock of the file.
+        """
+        friction = {
+            "mu": self.friction.mu_inf,
+            "mu_branch[1]": self.friction.mu_1,
+            "tau_branch[1]": self.friction.tau_1,
+            "mu_branch[2]": self.friction.mu_2,
+            "tau_branch[2]": self.friction.tau_2,
+        }
+        table = {**asdict(self.rig), **friction}
         for run in self.runs:
-            per_cylinder = {"kappa": run.kappa, "kappa_tank": run.kappa_tank}
-            per_record = {"preload": run.preload, "release_time": run.release_time}
-            table |= {f"{key}[{run.name},{run.cylinder}]": v for key, v in per_cylinder.items()}
-            table |= {f"{key}[{run.name}]": v for key, v in per_record.items()}
+            own = {"kappa": run.kappa, "kappa_tank": run.kappa_tank, "preload": run.preload}
+            if run.release_time is not None:
+                own["release_time"] = run.file_start + run.release_time
+            table |= {f"{key}[{run.name},{run.cylinder}]": value for key, value in own.items()}
+        for name, sensor in self.sensors.items():
+            table |= {f"{key}[{name}]": getattr(sensor, key) for key in ("gain", "zero", "noise")}
         return {key: value for key, value in table.items() if value is not None}
 
     def as_dict(self) -> dict:
@@ -118,8 +130,8 @@ def draw(seed: int, *, field: bool = True, noise_correlation: float = 0.0) -> Tr
     values = {k: v * (1 + sd * float(rng.standard_normal())) for k, (v, sd) in NORMAL.items()}
     values |= {k: _lognormal(rng, *law) for k, law in LOGNORMAL.items()}
     rig = Rig(**{name: values.pop(name) for name in Rig.__dataclass_fields__})
-    names = [(c, f"{c}[{cyl}]") for cyl in "AB" for c in ("load", "stroke", "pressure")]
-    names.append(("acceleration", "acceleration"))
+    names = [(c, f"{c},{cyl}") for cyl in "AB" for c in ("load", "stroke", "pressure")]
+    names.append(("acceleration", "acceleration,A"))
     return Truth(
         seed=seed,
         rig=rig,

@@ -28,6 +28,7 @@ class Run:
     - valve: the programme; the last entry's `until` is the end of the record
     - kappa, kappa_tank: flow fractions with the valve open (> 0) and to the tank (< 0)
     - preload: the true load before a release [N]; release_time [s] after the first row
+    - file_start: what the file's own time reads at the first row [s], where it counts seconds
     - ice: knots of the ice load, times [s] and loads [N]
     """
 
@@ -40,6 +41,7 @@ class Run:
     kappa_tank: float | None = None
     preload: float | None = None
     release_time: float | None = None
+    file_start: float = 0.0
     ice: tuple[tuple[float, ...], tuple[float, ...]] | None = field(default=None, repr=False)
 
     def ice_load(self, times: np.ndarray) -> np.ndarray:
@@ -113,6 +115,7 @@ def release_run(name: str, rng: np.random.Generator) -> Run:
         valve=(Switch(0.25, "shut"),),
         preload=float(PRELOAD * (1 + 0.01 * rng.standard_normal())),
         release_time=float(rng.uniform(0.020, 0.040)),
+        file_start=int(rng.integers(500, 1_000)) / 1000,
     )
 
 

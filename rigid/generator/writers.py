@@ -72,7 +72,7 @@ def write_accelerometer(path: Path, counts: np.ndarray, start: datetime, delay: 
 
     - counts: (3, samples), the axes Ax, Ay, Az
     - start: the accelerometer's own clock as it wakes
-    - delay: from there to the first sample [s]
+    - delay: from there to the first sample [s], where its time column begins
     """
     preamble = [
         ";Title, simulated by rigid.generator, triaxial recorder +-200 g 16 bit",

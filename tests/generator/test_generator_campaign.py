@@ -93,9 +93,11 @@ def test_release_is_quiet_then_rings(made):
         np.testing.assert_allclose(times, np.arange(400) / 1600, atol=1.5e-6)
         run = next(r for r in truth.runs if r.name == Path(name).stem)
         before = times < run.release_time
+        known = truth.parameters()[f"release_time[{run.name},A]"]
+        np.testing.assert_array_equal(before, rows[:, 0] < known)
         assert 0.02 <= run.release_time <= 0.04
         z = rows[:, 3] * 200 * 9.80665 / 32768
-        noise = 6 * truth.sensors["acceleration"].noise
+        noise = 6 * truth.sensors["acceleration,A"].noise
         assert np.abs(z[before]).max() < noise + 0.3
         # eq. (3) at the release, with at most a sample's time gone since
         assert 0.5 < z[~before][0] / (run.preload / truth.rig.mass_plunger) < 1.05
@@ -153,6 +155,8 @@ def test_truth_file_holds_the_draws(made):
         > 0
         > stored["parameters"]["kappa_tank[frame-1,A]"]
     )
+    assert stored["parameters"]["mu"] == truth.friction.mu_inf
+    assert stored["parameters"]["noise[load,A]"] == truth.sensors["load,A"].noise
     mu = truth.friction.coefficient(80.0)
     i = stored["frequency"].index(80.0)
     assert stored["mu_omega"][i] == pytest.approx(mu.real)
@@ -197,7 +201,7 @@ def test_readings_scatter_by_noise_and_rounding():
     run = next(r for r in truth.runs if r.kind == "frame")
     _, values = simulate(truth, run)
     for (channel, cylinder), codes in slow_codes(truth, run).items():
-        sensor = truth.sensors[f"{channel}[{cylinder}]"]
+        sensor = truth.sensors[f"{channel},{cylinder}"]
         rest = codes * sensor.step - sensor.gain * values[channel] - sensor.zero
         expected = sensor.noise**2 + sensor.step**2 / 12  # rounding adds a uniform error
         # 6 standard errors of a variance, doubled: at a quarter of a step the error is not uniform
@@ -249,9 +253,9 @@ def test_population_has_the_stated_spreads():
         "k_LC": [np.log(t.rig.k_LC / 6e7) / np.log(1.15) for t in truths],
         "tau_1": [np.log(t.friction.tau_1 / 0.2) / np.log(1.3) for t in truths],
         "k_oil": [(t.rig.k_oil / 2e9 - 1) / 0.05 for t in truths],
-        "zero": [t.sensors["pressure[B]"].zero / 0.25e5 for t in truths],
-        "gain": [(t.sensors["load[A]"].gain - 1) / 1e-3 for t in truths],
-        "noise": [np.log(t.sensors["load[A]"].noise / 147.5) / np.log(1.15) for t in truths],
+        "zero": [t.sensors["pressure,B"].zero / 0.25e5 for t in truths],
+        "gain": [(t.sensors["load,A"].gain - 1) / 1e-3 for t in truths],
+        "noise": [np.log(t.sensors["load,A"].noise / 147.5) / np.log(1.15) for t in truths],
     }
     for name, standard in laws.items():
         assert np.std(standard) == pytest.approx(1.0, abs=error), name
