@@ -136,9 +136,8 @@ def _local(spec: Spec, track: Track) -> Iterator[Parameter]:
         yield Parameter(label, r"\kappa", "1", _law(spec, label, prior))
     if track.onset is None:
         return
-    record = next(
-        r for r in spec.records if (r.name, r.cylinder) == (track.name, track.cylinder)
-    )
+    record = next(r for r in spec.records if (r.name, r.cylinder) == (track.name, track.cylinder))
+    assert record.preload is not None  # a spec states one for every release
     preload = {"mean": record.preload.value, "sd": record.preload.sd}
     label = f"preload[{track.label}]"
     law = _law(spec, label, make_law("normal", preload, label))

@@ -16,15 +16,18 @@ from rigid.cli import Options, say
 from rigid.friction import FREQUENCIES, Friction
 from rigid.outcome import Channel, channels, evaluations, frictions, sensor_draws, values_of
 from rigid.posterior import stack
-from rigid.problem import Problem, log_posterior
+from rigid.problem import Problem, log_density, log_posterior, walkers
 from rigid.proposal import MixtureProposal, Mode, ModeWeights, mode_weights
 from rigid.records.record import Record
 from rigid.sample import Draws, Settings, Status, sample
 from rigid.search import Found, Optimum, search
 from rigid.spec import Spec
 
-KEPT_STEPS = 100
-"""Steps of each walker that enter the files, evenly taken from all."""
+KEPT_STEPS = 20
+"""Steps of each walker that enter posterior.nc, evenly taken from all."""
+
+TABLED_STEPS = 200
+"""Steps of each walker that the tables rest on."""
 
 PREDICTED = 128
 """Draws from which predictions beside the data are made."""
@@ -43,7 +46,9 @@ class Calibrated:
     """All that a fit found.
 
     - `found`: modes and correlation. - `weights`: of the modes. - `draws`: of the sampler.
-    - `values`: SI by label, (chain, draw) each. - `frictions`: mu(omega) of the same draws, flat.
+    - `values`: SI by label, (chain, draw) each, for the tables. - `frictions`: mu(omega) of the
+      same draws, flat.
+    - `kept`: `values` of the fewer draws in posterior.nc; `kept_frictions` as well.
     - `sensors`: gain and zero (2, n) of each sensor. - `tracks`: log-likelihoods of each record.
     - `shown`, `prior_shown`: channels beside posterior and prior predictions.
     - `seed`; `compile_s`: time until the first posterior density was there.
@@ -54,6 +59,8 @@ class Calibrated:
     draws: Draws
     values: dict[str, np.ndarray]
     frictions: dict[str, Friction]
+    kept: dict[str, np.ndarray]
+    kept_frictions: dict[str, Friction]
     sensors: dict[str, np.ndarray]
     tracks: dict[str, np.ndarray]
     shown: list[Channel]
@@ -73,6 +80,11 @@ class Calibrated:
         return next(iter(self.values.values())).shape
 
     @property
+    def kept_shape(self) -> tuple[int, int]:
+        """Chains and draws of `kept`."""
+        return next(iter(self.kept.values())).shape
+
+    @property
     def ensembles(self) -> int:
         """Number of independent ensembles."""
         return self.draws.z.shape[0]
@@ -88,7 +100,7 @@ def calibrate(
     seed = spec.sampler.seed if options.seed is None else options.seed
     problem = assemble(spec, records)
     began = time.monotonic()
-    log_posterior(problem, jnp.zeros((2, problem.parameters.size)))
+    log_density(problem, np.zeros((1, problem.parameters.size)))
     compile_s = time.monotonic() - began
     say(options, f"{problem.parameters.size} parameters, compiled in {compile_s:.0f} s; searching")
     with tqdm(total=spec.sampler.starts, disable=options.quiet, desc="starts") as bar:
@@ -116,22 +128,6 @@ def propose(found: Found, rng: np.random.Generator) -> tuple[MixtureProposal, Mo
 
 def _mode(optimum: Optimum) -> Mode:
     return Mode(optimum.z, np.linalg.cholesky(optimum.covariance), optimum.log_posterior)
-
-
-def log_density(problem: Problem, z: np.ndarray) -> np.ndarray:
-    """Log-posterior of z (n, size), a fixed number of rows at a time so that one program does."""
-    size = walkers(problem) // 2
-    out = []
-    for begin in range(0, len(z), size):
-        rows = z[begin : begin + size]
-        padded = np.pad(rows, ((0, size - len(rows)), (0, 0)), mode="edge")
-        out.append(np.asarray(log_posterior(problem, jnp.asarray(padded)))[: len(rows)])
-    return np.concatenate(out)
-
-
-def walkers(problem: Problem) -> int:
-    """Walkers of an ensemble where a spec names none: at least 2.5 times the parameters."""
-    return max(64, 32 * -(-5 * problem.parameters.size // 64))
 
 
 def fingerprint(spec: Spec, records: tuple[Record, ...], seed: int) -> dict[str, str]:
@@ -199,19 +195,20 @@ def _told(
     """Work out what the draws say of everything that is reported."""
     seed, compile_s = run
     problem, rng = found.problem, np.random.default_rng([seed, 2])
-    chain = stack(draws.thinned(KEPT_STEPS).z)
-    flat = chain.reshape(-1, chain.shape[-1])
-    values = values_of(problem, flat)
+    values, curves, _ = _valued(problem, draws.thinned(TABLED_STEPS))
+    kept, kept_curves, flat = _valued(problem, draws.thinned(KEPT_STEPS))
     tracks, laws = evaluations(problem, flat)
     picked = flat[rng.choice(len(flat), PREDICTED - 1, replace=False)]
     best = found.optima[0].z[None]
-    prior = rng.standard_normal((PREDICTED, chain.shape[-1]))
+    prior = rng.standard_normal((PREDICTED, flat.shape[1]))
     return Calibrated(
         found=found,
         weights=weights,
         draws=draws,
-        values={label: v.reshape(chain.shape[:2]) for label, v in values.items()},
-        frictions=frictions(problem, values),
+        values=values,
+        frictions=curves,
+        kept=kept,
+        kept_frictions=kept_curves,
         sensors=sensor_draws(laws, rng),
         tracks=tracks,
         shown=channels(found, np.concatenate([best, picked]), seed),
@@ -220,3 +217,12 @@ def _told(
         seed=seed,
         compile_s=compile_s,
     )
+
+
+def _valued(problem: Problem, draws: Draws) -> tuple[dict, dict, np.ndarray]:
+    """SI values (chain, draw) by label, friction curves and flat z of draws."""
+    chain = stack(draws.z)
+    flat = chain.reshape(-1, chain.shape[-1])
+    values = values_of(problem, flat)
+    shaped = {label: v.reshape(chain.shape[:2]) for label, v in values.items()}
+    return shaped, frictions(problem, values), flat

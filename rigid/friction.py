@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jax import Array
+from jax.typing import ArrayLike
 
 from rigid.effects import AbstractEffect
 from rigid.parameters import scoped
@@ -32,7 +32,9 @@ class Friction(NamedTuple):
 
 
 def friction(
-    effects: tuple[type[AbstractEffect], ...], values: Mapping[str, Array], scope: tuple[str, ...]
+    effects: tuple[type[AbstractEffect], ...],
+    values: Mapping[str, ArrayLike],
+    scope: tuple[str, ...],
 ) -> Friction:
     """Friction of draws as records of a `scope` see it.
 

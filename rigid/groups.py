@@ -43,7 +43,7 @@ class SlowGroup(AbstractGroup):
 
     def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
         """Return load, stroke and pressure."""
-        drives = tuple(t.drive for t in self.tracks)
+        drives = tuple(t.drive for t in self.tracks if t.drive is not None)
         seen = scoped(values, self.tracks[0].scope)
         rig = build_rig(self.effects, seen)
         framed = self.tracks[0].kind == "frame"
@@ -63,10 +63,12 @@ class SlowGroup(AbstractGroup):
         rows = []
         for level in range(levels):
             rows.append(
-                jnp.stack([
-                    values[flow_label(t, level)] if level in t.open_levels else 0.0 * like
-                    for t in self.tracks
-                ])
+                jnp.stack(
+                    [
+                        values[flow_label(t, level)] if level in t.open_levels else 0.0 * like
+                        for t in self.tracks
+                    ]
+                )
             )
         return jnp.stack(rows)
 
@@ -82,15 +84,14 @@ class ReleaseGroup(AbstractGroup):
         """Return the acceleration, 0 before the release."""
         rig = build_rig(self.effects, scoped(values, self.tracks[0].scope))
         preload = jnp.stack([values[f"preload[{t.label}]"] for t in self.tracks])
-        delay = jnp.stack([
-            t.onset_time - values[f"release_time[{t.label}]"] for t in self.tracks
-        ])
-        longest = max(t.samples - t.onset for t in self.tracks)
+        delay = jnp.stack([t.onset_time - values[f"release_time[{t.label}]"] for t in self.tracks])
+        onsets = [t.onset for t in self.tracks if t.onset is not None]
+        longest = max(t.samples - o for t, o in zip(self.tracks, onsets, strict=True))
         swing = ring(rig, preload, delay, self.tracks[0].interval, longest)
         out = jnp.zeros((self.samples, *preload.shape))
-        for i, track in enumerate(self.tracks):
-            length = min(longest, self.samples - track.onset)
-            out = out.at[track.onset : track.onset + length, i].set(swing[:length, i])
+        for i, onset in enumerate(onsets):
+            length = min(longest, self.samples - onset)
+            out = out.at[onset : onset + length, i].set(swing[:length, i])
         return {"acceleration": out}
 
 
@@ -112,7 +113,7 @@ class Grouping:
     def key(self, track: Track) -> tuple:
         """Return what a track must share with the others of its group."""
         by = set(self.vary.values())
-        scope = dict(zip(("kind", "cylinder", "record"), track.scope, strict=True))
+        scope: dict[str, str] = dict(zip(("kind", "cylinder", "record"), track.scope, strict=True))
         return track.kind, round(track.interval, 9), *(scope[b] for b in sorted(by))
 
     def __call__(self, tracks: tuple[Track, ...]) -> tuple[AbstractGroup, ...]:

@@ -7,7 +7,8 @@ that a channel counts as many facts as it holds (see `rigid.correlation`).
 
 import dataclasses
 from collections.abc import Callable, Mapping
-from functools import partial
+from functools import partial, reduce
+from operator import add
 
 import equinox as eqx
 import jax
@@ -17,6 +18,7 @@ from jax import Array
 
 from rigid import noise
 from rigid.groups import AbstractGroup
+from rigid.noise import Spread
 from rigid.tracks import Series
 
 BLOCK = 64
@@ -42,9 +44,9 @@ class SensorSheet:
         return float(np.sqrt(self.noise**2 + self.step**2 / 12.0))
 
     @property
-    def spread(self) -> noise.Spread:
+    def spread(self) -> Spread:
         """Prior spread of gain and zero."""
-        return noise.Spread(self.gain_sd, self.zero_sd)
+        return Spread(self.gain_sd, self.zero_sd)
 
 
 class Piece(eqx.Module):
@@ -78,7 +80,7 @@ class Piece(eqx.Module):
         return series if everything else series[:, np.array(self.tracks)]
 
     def summed(self, terms: Callable, reading: Array) -> tuple[Array, ...]:
-        """Sum `terms(data, weight, reading)` over all samples, a block that fits the cache at a time.
+        """Sum `terms(data, weight, reading)` over all samples, a block of them at a time.
 
         - `terms`: returns a tuple of arrays (tracks, walkers), summed over the first axis of its
           arguments. - `reading` (samples, tracks, walkers).
@@ -134,7 +136,7 @@ def make_pieces(
 def calibrations(
     pieces: tuple[Piece, ...], predictions: list[dict[str, Array]], values: Mapping[str, Array]
 ) -> dict[str, noise.Calibration]:
-    """Return the most probable gain and zero of every sensor under Gaussian noise, (walkers,) each."""
+    """Return every sensor's most probable gain and zero under Gaussian noise, (walkers,)."""
     sums: dict[str, noise.Sums] = {}
     spreads = {}
     for piece in pieces:
@@ -145,9 +147,9 @@ def calibrations(
             label = piece.sensor(i)
             mine = noise.Sums(*(x[i] for x in sums_here))
             known = sums.get(label)
-            sums[label] = mine if known is None else noise.Sums(
-                *(a + b for a, b in zip(known, mine, strict=True))
-            )
+            if known is not None:
+                mine = noise.Sums(*(a + b for a, b in zip(known, mine, strict=True)))
+            sums[label] = mine
             spreads[label] = piece.sheet.spread
     return {label: noise.least_squares(s, spreads[label]) for label, s in sums.items()}
 
@@ -192,4 +194,4 @@ def fitted(
         label: noise.marginal(expansion, at[label], spreads[label])
         for label, expansion in expansions.items()
     }
-    return Fitted(sum(s.value for s in sensors.values()), sensors, tracks)
+    return Fitted(reduce(add, (s.value for s in sensors.values())), sensors, tracks)

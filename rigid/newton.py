@@ -6,6 +6,8 @@ walker a tangent). The loop around it is Levenberg's and Marquardt's. Inside a g
 same program is compiled four times over; measured figures are in docs/search.md.
 """
 
+from functools import reduce
+from operator import add
 from typing import NamedTuple
 
 import equinox as eqx
@@ -18,11 +20,11 @@ from rigid import noise
 from rigid.likelihood import Piece
 from rigid.problem import Problem
 
-DAMPING = 1e-3
-EASE = 0.2
-HARDEN = 5.0
-MAX_DAMPING = 1e12
-MAX_STEPS = 60
+DAMPING = 1.0
+EASE = 0.3
+HARDEN = 2.5
+MAX_DAMPING = 1e18
+MAX_STEPS = 120
 CLOSE = 1e-4
 """Converged when the next step promises less than this in log-posterior."""
 LONGEST = 3.0
@@ -35,9 +37,9 @@ class Local(NamedTuple):
     - `value`; `gradient` (n,); `information` (n, n): prior included.
     """
 
-    value: Array
-    gradient: Array
-    information: Array
+    value: Array | float
+    gradient: Array | np.ndarray
+    information: Array | np.ndarray
 
 
 def is_noise(problem: Problem) -> np.ndarray:
@@ -50,12 +52,14 @@ def joined(problem: Problem, z: np.ndarray, standard: np.ndarray) -> np.ndarray:
     return np.concatenate([np.asarray(z)[~is_noise(problem)], np.asarray(standard).ravel()])
 
 
-def split(problem: Problem, w: Array, z_noise: Array) -> tuple[Array, Array]:
+def split(
+    problem: Problem, w: Array | np.ndarray, z_noise: Array | np.ndarray
+) -> tuple[Array, Array]:
     """Part the vector into z (size,), noise levels put in, and gains and zeros (sensors, 2)."""
     noisy = is_noise(problem)
     free = np.flatnonzero(~noisy)
     z = jnp.zeros(problem.parameters.size).at[free].set(w[: len(free)])
-    return z.at[np.flatnonzero(noisy)].set(z_noise), w[len(free) :].reshape(-1, 2)
+    return z.at[np.flatnonzero(noisy)].set(z_noise), jnp.asarray(w[len(free) :]).reshape(-1, 2)
 
 
 @eqx.filter_jit
@@ -75,7 +79,7 @@ def local(problem: Problem, w: Array, z_noise: Array) -> Local:
         _of_piece(problem, piece, (predictions, slopes), values, standard)
         for piece in problem.pieces
     ]
-    return Local(*(sum(terms) for terms in zip(prior, *parts, strict=True)))
+    return Local(*(reduce(add, terms) for terms in zip(prior, *parts, strict=True)))
 
 
 def _of_piece(
@@ -119,14 +123,22 @@ def descend(problem: Problem, w: np.ndarray, z_noise: np.ndarray) -> tuple[np.nd
     for _ in range(MAX_STEPS):
         if not np.isfinite(here.value) or damping > MAX_DAMPING:
             break
-        damped = here.information + damping * np.diag(np.diag(here.information))
-        step = -np.linalg.solve(damped, here.gradient)
-        if -0.5 * step @ here.gradient < CLOSE:
+        damping, step = _short_step(here, damping)
+        if -0.5 * step @ here.gradient < CLOSE and damping <= DAMPING:
             break
-        step *= min(1.0, LONGEST / np.max(np.abs(step)))
         there = expand(w + step)
         if np.isfinite(there.value) and there.value < here.value:
             w, here, damping = w + step, there, damping * EASE
         else:
             damping *= HARDEN
     return w, here
+
+
+def _short_step(here: Local, damping: float) -> tuple[float, np.ndarray]:
+    """Return a step no longer than LONGEST, and the damping (in units of the prior) it takes."""
+    unit = np.eye(len(here.gradient))
+    while True:
+        step = -np.linalg.solve(here.information + damping * unit, here.gradient)
+        if np.max(np.abs(step)) <= LONGEST:
+            return damping, step
+        damping *= HARDEN

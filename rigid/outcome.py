@@ -1,8 +1,13 @@
 """What draws of z say: parameters in SI, friction, sensors, predictions beside data."""
 
 import dataclasses
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
@@ -59,12 +64,22 @@ def _evaluate(problem: Problem, z: Array) -> tuple[dict, dict]:
     return tracks, sensors
 
 
-def _batched(z: np.ndarray):
-    """Cut z (n, size) into batches of one shape; yields them with the number of rows that count."""
-    for begin in range(0, len(z), BATCH):
+def _batched(program: Callable, problem: Problem, z: np.ndarray) -> list[tuple[Any, int]]:
+    """Run a program on z (n, size) in batches of one shape, on all cores.
+
+    Returns what each batch gave, with the number of its rows that count.
+    """
+
+    def one(begin: int) -> tuple[Any, int]:
         rows = z[begin : begin + BATCH]
         room = BATCH - len(rows)
-        yield jnp.asarray(np.pad(rows, ((0, room), (0, 0)), mode="edge")), len(rows)
+        padded = jnp.asarray(np.pad(rows, ((0, room), (0, 0)), mode="edge"))
+        return jax.tree.map(np.asarray, program(problem, padded)), len(rows)
+
+    begins = range(0, len(z), BATCH)
+    first = one(0)
+    with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
+        return [first, *pool.map(one, begins[1:])]
 
 
 def values_of(problem: Problem, z: np.ndarray) -> dict[str, np.ndarray]:
@@ -85,7 +100,7 @@ def evaluations(problem: Problem, z: np.ndarray) -> tuple[dict, dict]:
 
     Returns (n,) by track and (5, n) by sensor: gain, zero, variances and covariance.
     """
-    parts = [(_evaluate(problem, rows), n) for rows, n in _batched(z)]
+    parts = _batched(_evaluate, problem, z)
     tracks = {
         label: np.concatenate([np.asarray(p[0][label])[:n] for p, n in parts])
         for label in parts[0][0][0]
@@ -117,7 +132,7 @@ def channels(found: Found, z: np.ndarray, seed: int) -> list[Channel]:
     for label, law in laws.items():
         drawn[label][:, 0] = law[:2, 0]
     values = values_of(problem, z)
-    parts = [(predict(problem, rows), n) for rows, n in _batched(z)]
+    parts = _batched(predict, problem, z)
     out = []
     for piece in problem.pieces:
         for i, track in enumerate(piece.tracks):

@@ -2,6 +2,7 @@
 
 import difflib
 from collections.abc import Iterable, Mapping, Sequence
+from typing import TypeVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -9,6 +10,8 @@ from jax import Array
 
 from rigid.errors import InputError
 from rigid.priors import AbstractLaw
+
+Value = TypeVar("Value")
 
 
 class Parameter(eqx.Module):
@@ -67,7 +70,7 @@ def collect(parameters: Iterable[Parameter]) -> Parameters:
     )
 
 
-def scoped(values: Mapping[str, Array], scope: Sequence[str]) -> dict[str, Array]:
+def scoped(values: Mapping[str, Value], scope: Sequence[str]) -> dict[str, Value]:
     """Values as one record sees them: `mu[free-run]` becomes `mu` where "free-run" is in `scope`.
 
     - `scope`: the record's kind, its cylinder and "name,cylinder".

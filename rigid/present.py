@@ -29,6 +29,8 @@ NARROWER = 0.7
 the prior's."""
 
 ROOT_DRAWS = 200
+MOST_MU = 1.5e5
+"""N s/m; epsilon = 2.15, as far as Fig. 4 goes."""
 PRIOR_DRAWS = 4000
 CORNER_DRAWS = 4000
 RANK_BINS = 20
@@ -244,34 +246,34 @@ def traces(done: Calibrated) -> tuple[page.Trace, ...]:
 
 def roots_shown(done: Calibrated) -> page.Roots:
     """Roots of eq. (14) as Fig. 4 has them, with those of the posterior at the release's mu."""
-    span = (1.0, 2.15 * 7e4)
-    walk = np.linspace(0.0, span[1], 600)
-    paths = np.stack([roots(*dimensionless(PUBLISHED_RIG, float(mu))) for mu in walk], axis=1)
-    v = {k: s.ravel()[:: max(1, s.size // ROOT_DRAWS)] for k, s in done.values.items()}
+    paths = np.stack([_roots(PUBLISHED_RIG, float(mu)) for mu in np.linspace(0.0, MOST_MU, 600)], 1)
     at = int(np.argmin(np.abs(FREQUENCIES - 80.0)))
-    view = list(done.frictions.values())[-1].dissipative[:: max(1, v["M_HC"].size * 0 + 1)]
-    step = max(1, next(iter(done.values.values())).size // ROOT_DRAWS)
-    mu = view[::step, at]
-    stiff = next(s for label, s in v.items() if label.split("[")[0] == "k_LC")
-    cloud = [
-        roots(*dimensionless(
-            TwoMassRig(
-                float(v["M_HC"][i] - v["M_Pl"][i]), float(v["M_Pl"][i] + v["M_Fl"][i] / 2),
-                float(v["k_oil"][i] * v["S_Pl"][i] / v["L_0"][i]), float(stiff[i]),
-            ),
-            float(mu[i]),
-        ))
-        for i in range(len(mu))
-    ]  # fmt: skip
-    high = float(dimensionless(PUBLISHED_RIG, span[1]).epsilon)
-    marks = tuple(
-        (f"{p.value:.3g} N s/m", roots(*dimensionless(PUBLISHED_RIG, p.value)))
-        for _, p in FRICTION
-    )
+    mu = list(done.frictions.values())[-1].dissipative[:, at]
+    every = max(1, len(mu) // ROOT_DRAWS)
+    v = {label.split("[")[0]: s.ravel()[::every] for label, s in done.values.items()}
+    rigs = [
+        TwoMassRig(
+            float(v["M_HC"][i] - v["M_Pl"][i]),
+            float(v["M_Pl"][i] + v["M_Fl"][i] / 2),
+            float(v["k_oil"][i] * v["S_Pl"][i] / v["L_0"][i]),
+            float(v["k_LC"][i]),
+        )
+        for i in range(len(v["k_LC"]))
+    ]
+    cloud = [_roots(rig, float(m)) for rig, m in zip(rigs, mu[::every], strict=True)]
+    marks = tuple((f"{p.value:.3g} N s/m", _roots(PUBLISHED_RIG, p.value)) for _, p in FRICTION)
     return page.Roots(
-        paths, (0.0, high), roots(*dimensionless(PUBLISHED_RIG, 0.0)), marks,
+        paths,
+        (0.0, float(dimensionless(PUBLISHED_RIG, MOST_MU).epsilon)),
+        _roots(PUBLISHED_RIG, 0.0),
+        marks,
         ("posterior, Re mu at 80 Hz", np.concatenate(cloud)),
-    )  # fmt: skip
+    )
+
+
+def _roots(rig: TwoMassRig, mu: float) -> np.ndarray:
+    scaled = dimensionless(rig, mu)
+    return roots(scaled.epsilon, scaled.a1, scaled.a2)
 
 
 def summary(done: Calibrated) -> str:

@@ -164,6 +164,7 @@ def make_law(name: str, arguments: Mapping[str, float], where: str) -> AbstractL
         given = ", ".join(arguments) or "nothing"
         raise InputError(f"{where}: {name} takes {', '.join(wanted)}; given was {given}")
     try:
-        return law(**{key: float(value) for key, value in arguments.items()})
+        given: dict[str, Any] = {key: float(value) for key, value in arguments.items()}
+        return law(**given)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None

@@ -48,9 +48,7 @@ class Problem(eqx.Module):
     @property
     def sensors(self) -> tuple[str, ...]:
         """Labels of the sensors, "quantity,cylinder", in order."""
-        return tuple(
-            dict.fromkeys(p.sensor(i) for p in self.pieces for i in range(len(p.tracks)))
-        )
+        return tuple(dict.fromkeys(p.sensor(i) for p in self.pieces for i in range(len(p.tracks))))
 
     def with_weights(self, weights: Mapping[tuple[int, str], np.ndarray]) -> "Problem":
         """Return the same problem with other weights, by (group, quantity)."""
@@ -72,3 +70,19 @@ def log_posterior(problem: Problem, z: Array) -> Array:
 def predict(problem: Problem, z: Array) -> list[dict[str, Array]]:
     """Ideal readings at z (walkers, size), compiled."""
     return problem.predict(problem.parameters.values(z))
+
+
+def walkers(problem: Problem) -> int:
+    """Walkers of an ensemble where a spec names none: at least 2.5 times the parameters."""
+    return max(64, 32 * -(-5 * problem.parameters.size // 64))
+
+
+def log_density(problem: Problem, z: np.ndarray) -> np.ndarray:
+    """Log-posterior of z (n, size), half an ensemble at a time: one program does for all."""
+    size = walkers(problem) // 2
+    out = []
+    for begin in range(0, len(z), size):
+        rows = z[begin : begin + size]
+        padded = np.pad(rows, ((0, size - len(rows)), (0, 0)), mode="edge")
+        out.append(np.asarray(log_posterior(problem, jnp.asarray(padded)))[: len(rows)])
+    return np.concatenate(out)

@@ -127,10 +127,10 @@ def result(spec: Spec, done: Calibrated, wall: float) -> Result:
 
 def write_posterior(path: Path, spec: Spec, done: Calibrated) -> None:
     """Write posterior.nc with all its groups."""
-    problem, shape = done.problem, done.shape
+    problem, shape = done.problem, done.kept_shape
     described = about(problem.parameters)
     coords = chain_coords(done.ensembles, shape[0] // done.ensembles, shape[1])
-    sampled = {p.label: done.values[p.label] for p in problem.parameters.sampled}
+    sampled = {p.label: done.kept[p.label] for p in problem.parameters.sampled}
     for label, pair in done.sensors.items():
         quantity = label.split(",")[0]
         for name, unit, series in zip(
@@ -138,7 +138,7 @@ def write_posterior(path: Path, spec: Spec, done: Calibrated) -> None:
         ):
             sampled[f"{name}[{label}]"] = series.reshape(shape)
             described[f"{name}[{label}]"] = (unit, name)
-    posterior = with_friction(dataset(sampled, described, coords), done.frictions, shape)
+    posterior = with_friction(dataset(sampled, described, coords), done.kept_frictions, shape)
     z = np.random.default_rng([done.seed, 3]).standard_normal((PRIOR_DRAWS, problem.parameters.size))
     drawn = values_of(problem, z)
     prior_values = {p.label: drawn[p.label][None] for p in problem.parameters.sampled}

@@ -6,7 +6,6 @@ from typing import NamedTuple
 import equinox as eqx
 import jax.numpy as jnp
 from jax import Array
-from jax.typing import ArrayLike
 
 from rigid.effects.base import AbstractEffect, Action, State
 
@@ -22,19 +21,19 @@ class Surroundings(NamedTuple):
     - `flow_fraction` [-]: kappa, what the valve passes of the pump's flow; negative to the tank.
     """
 
-    contact_stiffness: ArrayLike = 0.0
-    force: ArrayLike = 0.0
-    flow_fraction: ArrayLike = 0.0
+    contact_stiffness: Array | float = 0.0
+    force: Array | float = 0.0
+    flow_fraction: Array | float = 0.0
 
 
 class Motion(NamedTuple):
     """How the rig moves on from a state: rates of the flat state and the load-cell force."""
 
-    rates: tuple[ArrayLike, ...]
-    load: ArrayLike
+    rates: tuple[Array, ...]
+    load: Array | float
 
     @property
-    def plunger_acceleration(self) -> ArrayLike:
+    def plunger_acceleration(self) -> Array:
         """Acceleration of plunger and plate [m/s^2]."""
         return self.rates[3]
 
@@ -49,10 +48,10 @@ class Rig(eqx.Module):
     - `effects`: what acts on the rig.
     """
 
-    cylinder_mass: ArrayLike
-    plunger_mass: ArrayLike
-    area: ArrayLike
-    column: ArrayLike
+    cylinder_mass: Array
+    plunger_mass: Array
+    area: Array
+    column: Array
     effects: tuple[AbstractEffect, ...]
 
     @property
@@ -60,7 +59,7 @@ class Rig(eqx.Module):
         """Typical size of each entry of the flat state."""
         return CORE_SCALES + tuple(s for e in self.effects for s in e.scales)
 
-    def state(self, flat: Array | tuple, column: ArrayLike | None = None) -> State:
+    def state(self, flat: Array | tuple, column: Array | None = None) -> State:
         """Unpack a flat state; `column` [m] freezes the oil column there."""
         x_hc, v_hc, x_pl, v_pl, pressure = (flat[i] for i in range(5))
         if column is None:
@@ -77,7 +76,7 @@ class Rig(eqx.Module):
         return actions
 
     def motion(
-        self, flat: Array | tuple, outside: Surroundings, column: ArrayLike | None = None
+        self, flat: Array | tuple, outside: Surroundings, column: Array | None = None
     ) -> Motion:
         """Return the rates of a flat state, eqs. (2), (3), (7), (21) with signs put right.
 
@@ -108,10 +107,13 @@ class Rig(eqx.Module):
 
     def friction(self, omega: Array) -> Array:
         """Complex friction coefficient mu(omega) of all effects together [N s/m]."""
-        return sum(effect.friction(omega) for effect in self.effects)
+        none = jnp.zeros_like(omega, dtype=complex)
+        return sum((effect.friction(omega) for effect in self.effects), start=none)
 
 
-def build_rig(effects: tuple[type[AbstractEffect], ...], values: Mapping[str, ArrayLike]) -> Rig:
+def build_rig(
+    effects: tuple[type[AbstractEffect], ...], values: Mapping[str, Array | float]
+) -> Rig:
     """Make a rig from flat values: masses `M_HC`, `M_Pl`, `M_Fl`, `S_Pl`, `L_0` and the effects'.
 
     Values may carry a trailing axis (walkers) as long as all broadcast.

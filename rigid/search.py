@@ -19,7 +19,7 @@ from rigid.correlation import Autoregression, autoregression
 from rigid.likelihood import fitted
 from rigid.newton import descend, is_noise, joined, split
 from rigid.noise import sample_law
-from rigid.problem import Problem, log_posterior
+from rigid.problem import Problem, log_density
 
 KEEP_WITHIN = 40.0
 """Optima that lie further below the best in log-posterior have a weight below 1e-17."""
@@ -52,7 +52,8 @@ class Found:
 
     - `problem`: with weights for the correlation found. - `optima`: best first.
     - `correlation`: by (group, quantity, track), of the scores at the best optimum.
-    - `starts`: how many there were. - `levels` (starts,): what each reached, minus the log-posterior.
+    - `starts`: how many there were. - `levels` (starts,): what each reached, as minus the
+      log-posterior.
     """
 
     problem: Problem
@@ -63,7 +64,7 @@ class Found:
 
 
 def search(
-    problem: Problem, starts: int, seed: int, report: Callable[[int], None] = lambda done: None
+    problem: Problem, starts: int, seed: int, report: Callable[[int], None] = lambda _: None
 ) -> Found:
     """Find the modes of the posterior from `starts` draws of the prior.
 
@@ -77,7 +78,7 @@ def search(
 
     def run(z: np.ndarray) -> tuple[np.ndarray, float]:
         end, there = descend(problem, joined(problem, z, zero), z_noise)
-        return end, there.value
+        return end, float(there.value)
 
     ends = [run(first[0])]
     report(1)
@@ -103,7 +104,10 @@ def _refined(
         problem = plain.with_weights(_weights(plain, correlation))
         best = descend(problem, joined(plain, z, standard), z_noise)[0]
     good = [w for w, level in zip(ends, levels, strict=True) if np.isfinite(level)]
-    optima = [_optimum(problem, *f, z_noise) for f in _distinct(problem, [best, *good], z_noise)]
+    optima = [
+        _optimum(problem, end, reached, known, z_noise)
+        for end, reached, known in _distinct(problem, [best, *good], z_noise)
+    ]
     optima.sort(key=lambda o: -o.log_posterior)
     kept = tuple(o for o in optima if o.log_posterior > optima[0].log_posterior - KEEP_WITHIN)
     return Found(problem, kept, correlation, len(ends), levels)
@@ -144,7 +148,7 @@ def _optimum(
     free, noisy = np.flatnonzero(~is_noise(problem)), np.flatnonzero(is_noise(problem))
     covariance[np.ix_(free, free)] = np.linalg.inv(known)[: len(free), : len(free)]
     covariance[noisy, noisy] = 1.0 / np.maximum(noise_curvature(problem, z)[1], 1.0)
-    value = float(log_posterior(problem, jnp.asarray(z)[None])[0])
+    value = float(log_density(problem, z[None])[0])
     return Optimum(z, standard, covariance, value, reached)
 
 
@@ -154,7 +158,7 @@ def noise_curvature(problem: Problem, z: np.ndarray) -> tuple[np.ndarray, np.nda
     step = np.zeros((2 * len(noise) + 1, len(z)))
     rows = np.arange(len(noise))
     step[2 * rows + 1, noise], step[2 * rows + 2, noise] = NOISE_STEP, -NOISE_STEP
-    value = np.asarray(log_posterior(problem, jnp.asarray(z + step)))
+    value = log_density(problem, z + step)
     up, down = value[1::2], value[2::2]
     return (up - down) / (2 * NOISE_STEP), -(up - 2 * value[0] + down) / NOISE_STEP**2
 
@@ -186,7 +190,9 @@ def scores(problem: Problem, z: Array) -> list[Array]:
     return out
 
 
-def score_correlation(problem: Problem, z: np.ndarray) -> dict[tuple[int, str, int], Autoregression]:
+def score_correlation(
+    problem: Problem, z: np.ndarray
+) -> dict[tuple[int, str, int], Autoregression]:
     """Autoregression of the scores of every channel at z, by (group, quantity, track)."""
     out = {}
     for piece, score in zip(problem.pieces, scores(problem, jnp.asarray(z)), strict=True):
@@ -216,4 +222,4 @@ def refit(problem: Problem, found: Found) -> Optimum:
     best = found.optima[0]
     z_noise = best.z[is_noise(problem)]
     end, there = descend(problem, joined(problem, best.z, best.standard), z_noise)
-    return _optimum(problem, end, 0, there.information, z_noise)
+    return _optimum(problem, end, 0, np.asarray(there.information), z_noise)

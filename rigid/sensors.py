@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 from jax import Array
-from jax.typing import ArrayLike
 
 from rigid.rig import Rig, Surroundings
 
@@ -19,10 +18,10 @@ class Readings(NamedTuple):
     - `acceleration` [m/s^2]: of the plate.
     """
 
-    load: ArrayLike
-    stroke: ArrayLike
-    pressure: ArrayLike
-    acceleration: ArrayLike
+    load: Array | float
+    stroke: Array
+    pressure: Array
+    acceleration: Array
 
 
 def readings(rig: Rig, flat: Array | tuple, outside: Surroundings) -> Readings:

@@ -1,4 +1,4 @@
-"""A record as the model meets it: its grid, its valve, its samples as arrays. Known before a fit."""
+"""A record as the model meets it, known before a fit: its grid, its valve, its samples."""
 
 import dataclasses
 
@@ -107,6 +107,7 @@ class Track(eqx.Module):
     @property
     def onset_time(self) -> Array:
         """Time of the first sample after a release [s]."""
+        assert self.onset is not None  # a release has one
         return self.first + self.interval * self.onset
 
 

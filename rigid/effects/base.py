@@ -82,20 +82,20 @@ class State(NamedTuple):
     - `column` [m]: length of the oil column, that at zero stroke plus the stroke.
     """
 
-    x_cylinder: ArrayLike
-    v_cylinder: ArrayLike
-    x_plunger: ArrayLike
-    v_plunger: ArrayLike
-    pressure: ArrayLike
-    column: ArrayLike
+    x_cylinder: Array
+    v_cylinder: Array
+    x_plunger: Array
+    v_plunger: Array
+    pressure: Array
+    column: Array
 
     @property
-    def stroke(self) -> ArrayLike:
+    def stroke(self) -> Array:
         """Plunger relative to cylinder [m], eq. (6)."""
         return self.x_plunger - self.x_cylinder
 
     @property
-    def slip(self) -> ArrayLike:
+    def slip(self) -> Array:
         """Speed of the plunger relative to the cylinder [m/s], v_SS."""
         return self.v_plunger - self.v_cylinder
 
@@ -112,13 +112,13 @@ class Action(NamedTuple):
     - `rates`: time derivatives of the effect's own states.
     """
 
-    between: ArrayLike = 0.0
-    load_cell: ArrayLike = 0.0
-    on_plunger: ArrayLike = 0.0
-    inflow: ArrayLike = 0.0
-    leakage: ArrayLike = 0.0
-    compliance: ArrayLike = 0.0
-    rates: tuple[ArrayLike, ...] = ()
+    between: Array | float = 0.0
+    load_cell: Array | float = 0.0
+    on_plunger: Array | float = 0.0
+    inflow: Array | float = 0.0
+    leakage: Array | float = 0.0
+    compliance: Array | float = 0.0
+    rates: tuple[Array, ...] = ()
 
 
 class AbstractEffect(eqx.Module):
@@ -134,7 +134,7 @@ class AbstractEffect(eqx.Module):
     scales: ClassVar[tuple[float, ...]] = ()
 
     @abstractmethod
-    def __call__(self, state: State, own: tuple[ArrayLike, ...]) -> Action:
+    def __call__(self, state: State, own: tuple[Array, ...]) -> Action:
         """Return what the effect does in `state`, its own states being `own`."""
 
     def friction(self, omega: Array) -> Array:

@@ -1,9 +1,10 @@
 """Friction with memory: Maxwell branches in parallel."""
 
+from functools import reduce
+from operator import add
 from typing import ClassVar
 
 from jax import Array
-from jax.typing import ArrayLike
 
 from rigid.effects.base import AbstractEffect, Action, State, lognormal, parameter
 
@@ -28,17 +29,18 @@ class FrequencyDependentFriction(AbstractEffect):
     source: ClassVar[str] = "generalised Maxwell model; Ferry, Viscoelastic Properties, ch. 1"
     scales: ClassVar[tuple[float, ...]] = (1e3, 1e3)
 
-    def __call__(self, state: State, own: tuple[ArrayLike, ...]) -> Action:
+    def __call__(self, state: State, own: tuple[Array, ...]) -> Action:
         """Return the force of the branches and the rates at which they load."""
         rates = tuple(
             (self.branch_friction[i] * state.slip - force) / self.branch_time[i]
             for i, force in enumerate(own)
         )
-        return Action(between=-sum(own), rates=rates)
+        return Action(between=-reduce(add, own), rates=rates)
 
     def friction(self, omega: Array) -> Array:
         """Return the sum over branches of mu_i / (1 + i omega tau_i)."""
-        return sum(
+        branches = [
             self.branch_friction[i] / (1.0 + 1j * omega * self.branch_time[i])
             for i in range(len(self.scales))
-        )
+        ]
+        return reduce(add, branches)

@@ -3,7 +3,6 @@
 from typing import ClassVar
 
 from jax import Array
-from jax.typing import ArrayLike
 
 from rigid.effects.base import AbstractEffect, Action, State, lognormal, parameter
 
@@ -17,6 +16,6 @@ class LoadCellSpring(AbstractEffect):
     equation: ClassVar[str] = "load-cell"
     source: ClassVar[str] = "paper, eq. (8)"
 
-    def __call__(self, state: State, own: tuple[ArrayLike, ...]) -> Action:
+    def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the spring force, which is what the load cell reads."""
         return Action(load_cell=-self.stiffness * state.x_cylinder)

@@ -3,7 +3,6 @@
 from typing import ClassVar
 
 from jax import Array
-from jax.typing import ArrayLike
 
 from rigid.effects.base import AbstractEffect, Action, State, lognormal, parameter
 
@@ -17,6 +16,6 @@ class OilCompressibility(AbstractEffect):
     equation: ClassVar[str] = "oil-balance"
     source: ClassVar[str] = "paper, eqs. (4), (5), (9); (21) with k_oil in place of rho_oil"
 
-    def __call__(self, state: State, own: tuple[ArrayLike, ...]) -> Action:
+    def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the compliance of the oil."""
         return Action(compliance=1.0 / self.bulk_modulus)

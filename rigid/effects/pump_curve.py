@@ -4,7 +4,6 @@ from typing import ClassVar
 
 import jax.numpy as jnp
 from jax import Array
-from jax.typing import ArrayLike
 
 from rigid.effects.base import AbstractEffect, Action, State, fixed, parameter
 
@@ -23,7 +22,7 @@ class PumpCurve(AbstractEffect):
     equation: ClassVar[str] = "pump"
     source: ClassVar[str] = "paper, eq. (22) as printed, pressures in bar there"
 
-    def __call__(self, state: State, own: tuple[ArrayLike, ...]) -> Action:
+    def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the flow of the pump with the valve fully open."""
         above = STEEPNESS * (state.pressure - self.switch_pressure)
         return Action(inflow=MEAN_FLOW - HALF_DROP * jnp.tanh(above))

@@ -4,7 +4,6 @@ from typing import ClassVar
 
 import jax.numpy as jnp
 from jax import Array
-from jax.typing import ArrayLike
 
 from rigid.effects.base import AbstractEffect, Action, State, lognormal, parameter
 
@@ -18,7 +17,7 @@ class ViscousFriction(AbstractEffect):
     equation: ClassVar[str] = "plunger-momentum"
     source: ClassVar[str] = "paper, eq. (8)"
 
-    def __call__(self, state: State, own: tuple[ArrayLike, ...]) -> Action:
+    def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the force against the sliding."""
         return Action(between=-self.coefficient * state.slip)
 

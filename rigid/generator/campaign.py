@@ -33,6 +33,7 @@ def campaign(
     field: bool = True,
     noise_correlation: float = 0.0,
     hidden: tuple[Piece, ...] = (),
+    clock: int | None = None,
 ) -> Truth:
     """Write a campaign's records, specs and truth into a folder; gives the truth.
 
@@ -42,10 +43,11 @@ def campaign(
     - field: whether the field record (and its true ice load) is written
     - noise_correlation: AR(1) coefficient of the slow channels' noise, in [0, 1)
     - hidden: pieces of physics to hide in every record, named in the truth alone
+    - clock: a seed for lengths and valve times alone, so that many campaigns share them
     """
     if not 0.0 <= noise_correlation < 1.0:
         raise ValueError(f"noise_correlation is {noise_correlation}; it has to lie in [0, 1)")
-    truth = draw(seed, field=field, noise_correlation=noise_correlation)
+    truth = draw(seed, field=field, noise_correlation=noise_correlation, clock=clock)
     truth = replace(truth, hidden=tuple(type(piece).__name__ for piece in hidden))
     specs = out if specs is None else specs
     for folder in (out, specs):

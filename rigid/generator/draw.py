@@ -119,14 +119,19 @@ def _sensor(rng: np.random.Generator, channel: str) -> Sensor:
     )
 
 
-def draw(seed: int, *, field: bool = True, noise_correlation: float = 0.0) -> Truth:
+def draw(
+    seed: int, *, field: bool = True, noise_correlation: float = 0.0, clock: int | None = None
+) -> Truth:
     """Draw a campaign from the population.
 
     - seed: of everything, the noise included
     - field: whether the field record is part of it
     - noise_correlation: AR(1) coefficient, in [0, 1)
+    - clock: a seed for lengths of records and times of the valve, so that campaigns of many seeds
+      share them (and a study its compiled programs); left out: they follow `seed`
     """
     rng = stream(seed, "rig")
+    clocks = None if clock is None else (lambda name: stream(clock, "clocks", name))
     values = {k: v * (1 + sd * float(rng.standard_normal())) for k, (v, sd) in NORMAL.items()}
     values |= {k: _lognormal(rng, *law) for k, law in LOGNORMAL.items()}
     rig = Rig(**{name: values.pop(name) for name in Rig.__dataclass_fields__})
@@ -137,6 +142,6 @@ def draw(seed: int, *, field: bool = True, noise_correlation: float = 0.0) -> Tr
         rig=rig,
         friction=Friction(**values),
         sensors={name: _sensor(stream(seed, "sensor", name), channel) for channel, name in names},
-        runs=schedule(rig, lambda name: stream(seed, "schedule", name), field=field),
+        runs=schedule(rig, lambda name: stream(seed, "schedule", name), field=field, clocks=clocks),
         noise_correlation=noise_correlation,
     )

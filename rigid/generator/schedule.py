@@ -67,15 +67,17 @@ class Run:
         return (pump, *outer, *ice)
 
 
-def frame_run(name: str, cylinder: str, rig: Rig, rng: np.random.Generator) -> Run:
+def frame_run(
+    name: str, cylinder: str, rig: Rig, rng: np.random.Generator, clock: np.random.Generator
+) -> Run:
     """Pump up against the frame, hold, let most of it off to the tank, hold.
 
     The flow fractions follow from the load the operator stops at, by the static balance of the
     oil: the stroke against load cell and frame, and the oil's own compression.
     """
     load, left = rng.uniform(205e3, 255e3), rng.uniform(0.12, 0.28)
-    opened, shut, tank = map(_seconds, rng.uniform((2.5, 6.8, 8.8), (2.7, 7.2, 9.2)))
-    duration = _seconds(tank + rng.uniform(0.6, 1.2))
+    opened, shut, tank = map(_seconds, clock.uniform((2.5, 6.8, 8.8), (2.7, 7.2, 9.2)))
+    duration = _seconds(tank + clock.uniform(0.6, 1.2))
     stroke = load * (1 / rig.k_LC + 1 / rig.k_frame)
     volume = AREA * stroke + load * (rig.L_0 + stroke) / rig.k_oil
     return Run(
@@ -94,9 +96,11 @@ def frame_run(name: str, cylinder: str, rig: Rig, rng: np.random.Generator) -> R
     )
 
 
-def free_runs(name: str, fraction: float, rng: np.random.Generator) -> list[Run]:
+def free_runs(
+    name: str, fraction: float, rng: np.random.Generator, clock: np.random.Generator
+) -> list[Run]:
     """Both cylinders run out free of load at one setting, then the valve is shut for 2 s."""
-    duration = _seconds(rng.uniform(10.0, 13.0))
+    duration = _seconds(clock.uniform(10.0, 13.0))
     valve = (Switch(_seconds(duration - 2.0), "open"), Switch(duration, "shut"))
     kappas = fraction * np.exp(np.log(1.12) * rng.standard_normal(2))
     return [
@@ -168,17 +172,20 @@ def _seconds(value: float) -> float:
     return round(float(value), 2)
 
 
-def schedule(rig: Rig, streams, *, field: bool) -> tuple[Run, ...]:
+def schedule(rig: Rig, streams, *, field: bool, clocks=None) -> tuple[Run, ...]:
     """All runs of a campaign in the order in which they were recorded.
 
     - streams: gives a random generator for a record's name
+    - clocks: the same for lengths of records and times of the valve; left out: `streams`
     """
-    runs = [
-        frame_run(name, cylinder, rig, streams(name))
-        for name, cylinder in (("frame-1", "A"), ("frame-2", "B"), ("frame-3", "A"))
-    ]
+    runs = []
+    for name, cylinder in (("frame-1", "A"), ("frame-2", "B"), ("frame-3", "A")):
+        rng = streams(name)
+        runs.append(frame_run(name, cylinder, rig, rng, clocks(name) if clocks else rng))
     for number, fraction in enumerate(FREE_RUN_FRACTIONS, start=1):
-        runs += free_runs(f"free-run-{number}", fraction, streams(f"free-run-{number}"))
+        name = f"free-run-{number}"
+        rng = streams(name)
+        runs += free_runs(name, fraction, rng, clocks(name) if clocks else rng)
     runs += [release_run(name, streams(name)) for name in ("release-1", "release-2")]
     if field:
         runs += field_runs("field-1", streams("field-1"))

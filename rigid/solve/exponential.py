@@ -1,4 +1,4 @@
-"""Exponential integrator: steps of a sampling interval and longer through oscillations and stiffness.
+"""Exponential integrator: long steps through oscillations and stiffness.
 
 A step is y + Phi(h) f(y) with Phi(h) = integral of exp(A s) ds from 0 to h and A the Jacobian of
 the rig's own equations; it is exact for a linear rig under constant flow. The oil column changes
@@ -9,7 +9,9 @@ methods.
 Arrays carry the walkers on their last axis: every operation is elementwise over it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import reduce
+from operator import add
 from typing import NamedTuple
 
 import jax
@@ -27,12 +29,12 @@ TAYLOR_DEGREE = 8
 
 def product(left: Array, right: Array) -> Array:
     """Matrix product over the first two axes, elementwise over the rest."""
-    return sum(left[:, j, None] * right[None, j] for j in range(left.shape[1]))
+    return reduce(add, (left[:, j, None] * right[None, j] for j in range(left.shape[1])))
 
 
 def apply(matrix: Array, vector: Array) -> Array:
     """Matrix times vector over the first axes, elementwise over the rest."""
-    return sum(matrix[:, j] * vector[j] for j in range(matrix.shape[1]))
+    return reduce(add, (matrix[:, j] * vector[j] for j in range(matrix.shape[1])))
 
 
 def jacobian(rig: Rig, outside: Surroundings, column: Array) -> Array:
@@ -106,9 +108,8 @@ def tables(rig: Rig, outside: Surroundings, plan: Plan, strokes: Strokes) -> Tab
     """Compute the step matrices for both ends of the stroke, both step lengths and every switch."""
     scales = rig.scales
     at_switch = strokes.switch[plan.kink_place[:, 0], plan.kink_place[:, 1]]
-    columns = rig.column + jnp.concatenate([jnp.stack([strokes.low, strokes.high]), at_switch])[
-        :, None
-    ]
+    extra = jnp.concatenate([jnp.stack([strokes.low, strokes.high]), at_switch])
+    columns = rig.column + extra[:, None]
     lengths = jnp.concatenate([jnp.full(2, plan.interval), jnp.asarray(plan.kink_rest)])
     matrix = jacobian(rig, outside, columns)
     phi = step_matrix(matrix, lengths[:, None], scales)
@@ -133,6 +134,23 @@ def march(
 
     Returns load [N], stroke [m] and pressure [Pa] at every sample, (samples, tracks, walkers).
     """
+    advance = _advancer(rig, contact, fractions, plan, strokes)
+    start = jnp.zeros((len(rig.scales), *fractions.shape[1:]))
+    last, (values, slopes) = jax.lax.scan(advance, start, _steps(plan))
+    ending = Surroundings(
+        contact, 0.0, fractions[jnp.asarray(plan.levels[-1]), jnp.arange(fractions.shape[1])]
+    )
+    rates = jnp.stack(rig.motion(last, ending).rates)
+    value, slope = sampled(rig, last, rates, ending)
+    return _at_samples(
+        plan, jnp.concatenate([values, value[None]]), jnp.concatenate([slopes, slope[None]])
+    )
+
+
+def _advancer(
+    rig: Rig, contact: Array, fractions: Array, plan: Plan, strokes: Strokes
+) -> Callable[[Array, tuple[Array, ...]], tuple[Array, tuple[Array, Array]]]:
+    """Return the step of `march`: from a state and what changes to the next, and readings."""
     table = tables(rig, Surroundings(contact), plan, strokes)
     track = jnp.arange(fractions.shape[1])
 
@@ -158,14 +176,7 @@ def march(
         new = jax.lax.cond(jnp.any(kink > 0), kicked, lambda new: new, new)
         return new, sampled(rig, flat, rates, outside)
 
-    start = jnp.zeros((len(rig.scales), *fractions.shape[1:]))
-    last, (values, slopes) = jax.lax.scan(advance, start, _steps(plan))
-    ending = Surroundings(contact, 0.0, fractions[jnp.asarray(plan.levels[-1]), track])
-    rates = jnp.stack(rig.motion(last, ending).rates)
-    value, slope = sampled(rig, last, rates, ending)
-    return _at_samples(
-        plan, jnp.concatenate([values, value[None]]), jnp.concatenate([slopes, slope[None]])
-    )
+    return advance
 
 
 def sampled(rig: Rig, flat: Array, rates: Array, outside: Surroundings) -> tuple[Array, Array]:

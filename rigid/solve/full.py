@@ -4,6 +4,7 @@ import diffrax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
+from jax.typing import ArrayLike
 
 from rigid.rig import Rig, Surroundings
 from rigid.sensors import readings
@@ -23,7 +24,7 @@ def integrate(
     """
     scales = jnp.asarray(rig.scales)
 
-    def field(t: Array, scaled: Array, _: None) -> Array:
+    def field(_time: ArrayLike, scaled: Array, _: None) -> Array:
         return jnp.stack(rig.motion(scaled * scales, outside).rates) / scales
 
     solution = diffrax.diffeqsolve(
@@ -37,7 +38,9 @@ def integrate(
         stepsize_controller=diffrax.PIDController(rtol=tolerance, atol=tolerance),
         max_steps=MAX_STEPS,
     )
-    return solution.ys * scales
+    path = solution.ys
+    assert path is not None  # it is what SaveAt(ts) asks for
+    return path * scales
 
 
 def simulate(

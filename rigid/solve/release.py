@@ -18,7 +18,8 @@ def rest_under(rig: Rig, preload: ArrayLike) -> Array:
 
     Friction is at rest: no force. The stroke counts from here.
     """
-    shape = jnp.broadcast_shapes(jnp.shape(preload), jnp.shape(rig.column))
+    preload = jnp.asarray(preload)
+    shape = jnp.broadcast_shapes(preload.shape, rig.column.shape)
     rest = jnp.zeros((len(rig.scales), *shape))
 
     def excess(x: Array) -> Array:

@@ -1,0 +1,197 @@
+"""Do the intervals of a calibration cover the truth as often as they say?
+
+    python tests/studies/coverage.py --campaigns 100 --out docs/studies/coverage
+
+Simulates campaigns with seeds of their own (from FIRST_SEED on; the shipped campaign and all
+development used others), fits each as `rigid.fit` does and counts how often the 50 % and 90 %
+intervals of k_LC, every kappa and |mu| at 0 and 80 Hz hold the truth. Resumable: a campaign that
+stands in the file of rows is not run again. `--halve-noise` fits with half the noise in the
+likelihood, to show that the check can fail; `--noise-correlation 0.8` colours the noise.
+
+The posterior is drawn by importance sampling from the mixture that the fit lays over its modes,
+2,048 draws, whose effective number stands in each row.
+"""
+
+import argparse
+import csv
+import datetime
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+FIRST_SEED = 500_000
+CLOCK = 1
+STARTS = 4
+DRAWS = 2048
+COLUMNS = ("seed", "quantity", "truth", "rank", "effective", "gap", "modes")
+
+
+def options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--campaigns", type=int, default=100)
+    parser.add_argument("--out", type=Path, default=Path("docs/studies/coverage"))
+    parser.add_argument("--halve-noise", action="store_true")
+    parser.add_argument("--noise-correlation", type=float, default=0.0)
+    parser.add_argument("--part", default="0/1", help="K/N: every N-th campaign from the K-th on")
+    return parser.parse_args()
+
+
+def rows_of(path: Path) -> list[dict[str, str]]:
+    if not path.exists():
+        return []
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def weighted_rank(values, weights, truth: float) -> float:
+    """Posterior probability below the truth."""
+    return float(weights[values < truth].sum() / weights.sum())
+
+
+def one_campaign(seed: int, args: argparse.Namespace) -> list[dict]:
+    import numpy as np
+
+    from rigid.assemble import assemble
+    from rigid.calibrate import DOF
+    from rigid.friction import FREQUENCIES
+    from rigid.generator.campaign import campaign
+    from rigid.outcome import evaluations, frictions, overall_gap, channels, values_of
+    from rigid.problem import log_density
+    from rigid.proposal import MixtureProposal, Mode, mode_weights
+    from rigid.records.read import read_records
+    from rigid.search import search
+    from rigid.spec import load_spec
+
+    with tempfile.TemporaryDirectory() as folder:
+        truth = campaign(
+            seed, Path(folder), field=False, noise_correlation=args.noise_correlation, clock=CLOCK
+        )
+        spec = load_spec(Path(folder) / "calibration.toml")
+        problem = assemble(spec, read_records(spec))
+    if args.halve_noise:
+        problem = halved(problem)
+    found = search(problem, STARTS, seed)
+    rng = np.random.default_rng([seed, 1])
+    modes = tuple(
+        Mode(o.z, np.linalg.cholesky(o.covariance), o.log_posterior) for o in found.optima
+    )
+
+    def density(z):
+        return log_density(found.problem, z)
+
+    weights = mode_weights(density, modes, rng, 256, DOF).weights
+    proposal = MixtureProposal(modes, np.maximum(weights, 1e-3) / np.maximum(weights, 1e-3).sum(), DOF)
+    z = proposal.sample(rng, DRAWS)
+    log_weight = density(z) - proposal.log_density(z)
+    weight = np.exp(log_weight - log_weight.max())
+    effective = weight.sum() ** 2 / np.sum(weight**2)
+    values = values_of(found.problem, z)
+    curve = frictions(found.problem, values)[""]
+    known = truth.parameters()
+    quantities = {"k_LC": (values["k_LC"], known["k_LC"])}
+    quantities |= {k: (values[k], known[k]) for k in values if k.startswith("kappa[")}
+    for hertz in (0.01, 80.0):
+        at = int(np.argmin(np.abs(FREQUENCIES - hertz)))
+        omega = 2 * np.pi * FREQUENCIES[at]
+        true = abs(complex_friction(known, omega))
+        quantities[f"|mu({hertz:g} Hz)|"] = (curve.magnitude[:, at], true)
+    gap = overall_gap(channels(found, found.optima[0].z[None], seed))
+    return [
+        {
+            "seed": seed, "quantity": name, "truth": f"{true:.8g}",
+            "rank": f"{weighted_rank(v, weight, true):.5f}", "effective": f"{effective:.0f}",
+            "gap": f"{gap:.4f}", "modes": len(modes),
+        }
+        for name, (v, true) in quantities.items()
+    ]  # fmt: skip
+
+
+def complex_friction(known: dict[str, float], omega: float) -> complex:
+    """The generator's mu(omega), from its truth."""
+    branches = sum(
+        known[f"mu_branch[{i}]"] / (1 + 1j * omega * known[f"tau_branch[{i}]"]) for i in (1, 2)
+    )
+    return known["mu"] + branches
+
+
+def halved(problem):
+    """The same problem with a likelihood that takes the noise to be half of what it is."""
+    import dataclasses
+
+    import equinox as eqx
+
+    from rigid.priors import Fixed
+
+    parameters = problem.parameters
+    noise = [p for p in parameters.sampled if p.base == "noise"]
+    fixed = tuple(
+        dataclasses.replace(p, law=Fixed(0.5 * float(p.law.from_standard(0.0)))) for p in noise
+    )
+    kept = tuple(p for p in parameters.sampled if p.base != "noise")
+    new = dataclasses.replace(parameters, sampled=kept, known=parameters.known + fixed)
+    return eqx.tree_at(lambda q: q.parameters, problem, new, is_leaf=lambda x: x is parameters)
+
+
+def verdict(rows: list[dict[str, str]]) -> str:
+    """Table of coverage by quantity, campaigns as the unit, with the binomial band."""
+    from scipy.stats import binom
+
+    names = {"k_LC": "k_LC", "kappa": "kappa (every record)", "|mu(0.01 Hz)|": "|mu| at 0 Hz",
+             "|mu(80 Hz)|": "|mu| at 80 Hz"}  # fmt: skip
+    lines = ["| quantity | campaigns | 50 % interval covers | band | 90 % interval covers | band |",
+             "|---|---|---|---|---|---|"]  # fmt: skip
+    for key, label in names.items():
+        by_campaign: dict[str, list[float]] = {}
+        for row in rows:
+            if row["quantity"].split("[")[0] == key:
+                by_campaign.setdefault(row["seed"], []).append(float(row["rank"]))
+        n = len(by_campaign)
+        if n == 0:
+            continue
+        cells = [label, str(n)]
+        for level in (0.5, 0.9):
+            low, high = 0.5 - level / 2, 0.5 + level / 2
+            shares = [sum(low <= r <= high for r in ranks) / len(ranks) for ranks in by_campaign.values()]
+            band = binom.interval(0.95, n, level)
+            cells += [f"{100 * sum(shares) / n:.1f} %",
+                      f"{100 * band[0] / n:.0f}-{100 * band[1] / n:.0f} %"]  # fmt: skip
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def main() -> int:
+    args = options()
+    part, parts = (int(x) for x in args.part.split("/"))
+    from rigid.runtime import prepare
+
+    prepare()
+    name = "halved" if args.halve_noise else "coverage"
+    if args.noise_correlation:
+        name += f"-correlation-{args.noise_correlation:g}"
+    args.out.mkdir(parents=True, exist_ok=True)
+    path = args.out / f"{name}.{part}.csv"
+    done = {row["seed"] for row in rows_of(path)}
+    for number in range(part, args.campaigns, parts):
+        seed = FIRST_SEED + number
+        if str(seed) in done:
+            continue
+        rows = one_campaign(seed, args)
+        fresh = not path.exists()
+        with path.open("a", encoding="utf-8", newline="") as file:
+            writer = csv.DictWriter(file, COLUMNS)
+            if fresh:
+                writer.writeheader()
+            writer.writerows(rows)
+        sys.stderr.write(f"campaign {number + 1} of {args.campaigns}: {rows[0]}\n")
+    rows = [row for p in sorted(args.out.glob(f"{name}.?.csv")) for row in rows_of(p)]
+    commit = subprocess.run(["git", "describe", "--always", "--dirty"], capture_output=True,
+                            text=True, check=False).stdout.strip()  # fmt: skip
+    today = datetime.datetime.now(datetime.UTC).date().isoformat()
+    head = f"`python {' '.join(sys.argv)}`, commit {commit}, {today}\n\n"
+    (args.out / f"{name}.md").write_text(head + verdict(rows) + "\n", encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
