@@ -10,7 +10,10 @@ from rigid.report.content import Alternative
 from rigid.search import refit
 from rigid.spec import Spec
 
-CHOICES = {"two-per-cylinder": "two beams per cylinder", "two-shared": "both cylinders on two beams"}
+CHOICES = {
+    "two-per-cylinder": "two beams per cylinder",
+    "two-shared": "both cylinders on two beams",
+}
 DRAWS = 4000
 
 

@@ -3,6 +3,7 @@
 import dataclasses
 import hashlib
 import time
+from functools import partial
 from pathlib import Path
 
 import jax.numpy as jnp
@@ -10,7 +11,6 @@ import numpy as np
 from tqdm import tqdm
 
 from rigid import __version__
-from rigid.assemble import assemble
 from rigid.checkpoint import Checkpoint
 from rigid.cli import Options, say
 from rigid.friction import FREQUENCIES, Friction
@@ -34,7 +34,7 @@ PREDICTED = 128
 
 MODE_DRAWS = 2048
 LEAST_WEIGHT = 1e-3
-"""In the proposal, so that no mode found is never proposed; not in the result."""
+"""Of a mode in the proposal, so that none found is never proposed; not in the result."""
 
 DOF = 8.0
 """Of the Student laws laid over the modes: heavier tails than a Gaussian, so that no region is
@@ -91,22 +91,20 @@ class Calibrated:
 
 
 def calibrate(
-    spec: Spec, records: tuple[Record, ...], options: Options, folder: Path
+    spec: Spec, records: tuple[Record, ...], problem: Problem, options: Options, folder: Path
 ) -> Calibrated:
     """Fit a spec to its records.
 
+    - `problem`: of both, from `assemble`.
     - `folder`: where the chain is kept; the caller holds it locked.
     """
     seed = spec.sampler.seed if options.seed is None else options.seed
-    problem = assemble(spec, records)
     began = time.monotonic()
     log_density(problem, np.zeros((1, problem.parameters.size)))
     compile_s = time.monotonic() - began
     say(options, f"{problem.parameters.size} parameters, compiled in {compile_s:.0f} s; searching")
     with tqdm(total=spec.sampler.starts, disable=options.quiet, desc="starts") as bar:
-        found = search(
-            problem, spec.sampler.starts, seed, lambda done: bar.update(done - bar.n)
-        )
+        found = search(problem, spec.sampler.starts, seed, lambda done: _advance(bar, done))
     proposal, weights = propose(found, np.random.default_rng([seed, 1]))
     mark = fingerprint(spec, records, seed)
     with Checkpoint(folder, mark, options.resume) as checkpoint:
@@ -126,13 +124,19 @@ def propose(found: Found, rng: np.random.Generator) -> tuple[MixtureProposal, Mo
     return MixtureProposal(modes, floored / floored.sum(), DOF), weights
 
 
+def _advance(bar: tqdm, done: int) -> None:
+    bar.update(done - bar.n)
+
+
 def _mode(optimum: Optimum) -> Mode:
     return Mode(optimum.z, np.linalg.cholesky(optimum.covariance), optimum.log_posterior)
 
 
 def fingerprint(spec: Spec, records: tuple[Record, ...], seed: int) -> dict[str, str]:
     """What a chain depends on, by name; when to stop is not part of it."""
-    body = spec.model_dump(mode="json", exclude={"text", "path", "sampler", "title", "bands"})
+    # Where a file lies does not matter, what it holds is in its own mark.
+    left_out = {"text": True, "path": True, "sampler": True, "title": True, "bands": True}
+    body = spec.model_dump(mode="json", exclude=left_out | {"records": {"__all__": {"file"}}})
     widths = spec.sampler.model_dump(include={"ensembles", "walkers", "block", "starts"})
     said = hashlib.sha256(repr((body, widths, seed)).encode()).hexdigest()
     return {"spec": said, "version": __version__} | {
@@ -164,14 +168,6 @@ def _sampled(
     def density(z: np.ndarray) -> np.ndarray:
         return np.asarray(log_posterior(problem, jnp.asarray(z)))
 
-    def monitor(z: np.ndarray) -> dict[str, np.ndarray]:
-        views = frictions(problem, values_of(problem, z))
-        return {
-            f"|mu| at {frequency:g} Hz {label}".strip(): view.magnitude[:, at]
-            for label, view in views.items()
-            for frequency, at in ((0.01, 0), (80.0, int(np.argmin(abs(FREQUENCIES - 80.0)))))
-        }
-
     with tqdm(total=rule.max_steps, disable=options.quiet, desc="steps") as bar:
 
         def report(status: Status) -> None:
@@ -182,7 +178,18 @@ def _sampled(
                     f"ESS {status.ess:.0f} of {rule.ess:.0f} ({status.ess_name})"
                 )
 
-        return sample(density, proposal, settings, monitor, checkpoint, report)
+        return sample(density, proposal, settings, partial(_monitored, problem), checkpoint, report)
+
+
+def _monitored(problem: Problem, z: np.ndarray) -> dict[str, np.ndarray]:
+    """What else must have converged: |mu| at both ends of its range, (n,) each."""
+    release = int(np.argmin(abs(FREQUENCIES - 80.0)))
+    views = frictions(problem, values_of(problem, z))
+    return {
+        f"|mu| at {frequency:g} Hz {label}".strip(): view.magnitude[:, at]
+        for label, view in views.items()
+        for frequency, at in ((0.01, 0), (80.0, release))
+    }
 
 
 def _told(

@@ -13,6 +13,9 @@ from types import FrameType
 from rigid import __version__
 from rigid.errors import InputError, RigidError
 
+TRACEBACK = "RIGID_TRACEBACK"
+"""Environment variable that shows where a defect of the program is."""
+
 
 @dataclass(frozen=True)
 class Options:
@@ -44,15 +47,32 @@ class Interrupted(BaseException):
 
 def parse(command: str, says: str, arguments: list[str] | None = None) -> Options:
     """Read the command line; a mistake ends the program with status 2 and one message."""
-    parser = argparse.ArgumentParser(prog=f"python -m rigid.{command}", description=says)
-    parser.add_argument("spec", help="name of a spec (fits/NAME.toml, or a shipped one) or its path")
+    parser = argparse.ArgumentParser(
+        prog=f"python -m rigid.{command}", description=says, allow_abbrev=False
+    )
+    parser.add_argument("spec", help="a spec: its path, or NAME of fits/NAME.toml or a shipped one")
     parser.add_argument("--out", type=Path, help="folder of the results (reports/<name>/)")
-    parser.add_argument("--seed", type=int, help="seed, in place of the spec's")
+    parser.add_argument("--seed", type=_seed, help="seed, in place of the spec's")
     parser.add_argument("--resume", action="store_true", help="go on with an interrupted run")
     parser.add_argument("--quiet", action="store_true", help="no progress on standard error")
     parser.add_argument("--json", action="store_true", dest="as_json", help="print result.json")
+    parser.add_argument("--workers", metavar="ADDRESS", help="a Dask scheduler; not yet taken")
     parser.add_argument("--version", action="version", version=f"rigid {__version__}")
-    return Options(**vars(parser.parse_args(arguments)))
+    given = vars(parser.parse_args(arguments))
+    workers = given.pop("workers")
+    if workers is not None:
+        parser.error(
+            f"--workers {workers}: this command runs on this machine only for now; "
+            "leave --workers out"
+        )
+    return Options(**given)
+
+
+def _seed(text: str) -> int:
+    """Read a seed; random numbers take none below 0."""
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"'{text}' is no seed; it is a whole number, 0 or more")
+    return int(text)
 
 
 def say(options: Options, line: str) -> None:
@@ -86,30 +106,39 @@ def run(command: str, says: str, body: Callable[[Options], int]) -> int:
     say(options, f"rigid {__version__}: {command} {options.spec}")
     try:
         with signals():
-            return body(options)
+            status = body(options)
+            sys.stdout.flush()
+            return status
     except Interrupted as stop:
-        say(options, "interrupted; --resume goes on from the last complete block")
+        sys.stderr.write("interrupted; --resume goes on from the last complete block\n")
         return 128 + stop.number
     except RigidError as error:
         sys.stderr.write(f"{error}\n")
         return error.status
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except BrokenPipeError:  # whoever read the result has seen enough of it
+        _drop_output()
         return 0
     except OSError as error:
+        _drop_output()
         sys.stderr.write(f"the system refused: {error}\n")
         return 3
     except MemoryError:
         sys.stderr.write("out of memory; fewer walkers ([sampler] walkers) need less\n")
         return 3
     except Exception as error:  # the last resort: a defect is told from a fault of the input
-        if os.environ.get("RIGID_TRACEBACK"):
+        if os.environ.get(TRACEBACK):
             raise
+        told = " ".join(f"{type(error).__name__}: {error}".split())
         sys.stderr.write(
-            f"a defect of the program: {type(error).__name__}: {error}\n"
-            "set RIGID_TRACEBACK=1 to see where, and please report it\n"
+            f"a defect of the program: {told}; set {TRACEBACK}=1 to see where, and report it\n"
         )
         return 3
+
+
+def _drop_output() -> None:
+    """Send what standard output still holds nowhere, so that the interpreter's exit is silent."""
+    with contextlib.suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 __all__ = ["InputError", "Interrupted", "Options", "parse", "run", "say", "signals"]

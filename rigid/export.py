@@ -53,12 +53,12 @@ def dataset(
             at = tuple(axes[k].index(places[k]) for k in range(width))
             block[(slice(None), slice(None), *at)] = values[label]
         unit, symbol = about[next(iter(members.values()))]
-        own = {f"{d}" if d not in used or used[d] == a else f"{name}_{d}": a
-               for d, a in zip(dims, axes, strict=True)}
+        own = {
+            f"{d}" if d not in used or used[d] == a else f"{name}_{d}": a
+            for d, a in zip(dims, axes, strict=True)
+        }
         used |= own
-        variables[name] = (
-            ("chain", "draw", *own), block, {"units": unit, "long_name": symbol}
-        )
+        variables[name] = (("chain", "draw", *own), block, {"units": unit, "long_name": symbol})
     return xr.Dataset(variables, coords={**coords, **used})
 
 
@@ -75,7 +75,8 @@ def with_friction(
         coords["friction_view"] = views
     parts = {}
     for name, field, unit in (
-        ("mu_omega", "dissipative", "N s/m"), ("k_omega", "storage", "N/m"),
+        ("mu_omega", "dissipative", "N s/m"),
+        ("k_omega", "storage", "N/m"),
     ):
         block = np.stack([getattr(f, field).reshape(*shape, -1) for f in frictions.values()], 2)
         parts[name] = (dims, block if views != [""] else block[:, :, 0], {"units": unit})
@@ -115,7 +116,9 @@ def by_record(tracks: Mapping[str, np.ndarray], shape: tuple[int, int]) -> xr.Da
     names = list(dict.fromkeys(label.split(",")[0] for label in tracks))
     block = np.stack(
         [
-            sum(v for label, v in tracks.items() if label.split(",")[0] == name).reshape(shape)
+            np.sum(
+                [v for label, v in tracks.items() if label.split(",")[0] == name], axis=0
+            ).reshape(shape)
             for name in names
         ],
         axis=2,

@@ -14,7 +14,7 @@ SAYS = "Calibrate a rig: records in, posterior of its parameters and a report ou
 
 
 def fit(options: Options) -> int:
-    """Calibrate and write all files; returns 0, or 1 if the result must not be used as it stands."""
+    """Calibrate and write all files; returns 0, or 1 if the result must not be used."""
     began = time.monotonic()
     from rigid.spec import find_spec, load_spec
 
@@ -24,14 +24,16 @@ def fit(options: Options) -> int:
     from rigid.runtime import prepare
 
     prepare()
+    from rigid.assemble import assemble
     from rigid.calibrate import calibrate
     from rigid.files import locked
     from rigid.records.read import read_records
 
     records = read_records(spec)
+    problem = assemble(spec, records)
     folder = options.folder(spec.path)
     with locked(folder):
-        done = calibrate(spec, records, options, folder)
+        done = calibrate(spec, records, problem, options, folder)
         return _written(spec, done, options, time.monotonic() - began)
 
 

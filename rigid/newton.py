@@ -3,7 +3,8 @@
 One compiled program returns the value, the gradient and the information matrix (scores and
 curvatures of the samples, carried through the tangents of the simulation in forward mode, a
 walker a tangent). The loop around it is Levenberg's and Marquardt's. Inside a general solver the
-same program is compiled four times over; measured figures are in docs/search.md.
+same program is compiled four times over: on two cores a Levenberg-Marquardt from a library took
+112 s to compile and 16 s a start where this takes 11 s and 3 s.
 """
 
 from functools import reduce

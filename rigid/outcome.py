@@ -53,14 +53,10 @@ def _evaluate(problem: Problem, z: Array) -> tuple[dict, dict]:
     """Per-record log-likelihoods and the law of each sensor's gain and zero at z."""
     found = problem.fitted(z)
     sensors = {
-        label: jnp.stack([
-            s.best.gain, s.best.zero, s.var_gain, s.covariance, s.var_zero
-        ])
+        label: jnp.stack([s.best.gain, s.best.zero, s.var_gain, s.covariance, s.var_zero])
         for label, s in found.sensors.items()
     }
-    tracks = {
-        problem.groups[g].tracks[t].label: value for (g, t), value in found.tracks.items()
-    }
+    tracks = {problem.groups[g].tracks[t].label: value for (g, t), value in found.tracks.items()}
     return tracks, sensors
 
 
@@ -90,8 +86,7 @@ def values_of(problem: Problem, z: np.ndarray) -> dict[str, np.ndarray]:
 def frictions(problem: Problem, values: dict[str, np.ndarray]) -> dict[str, Friction]:
     """Friction over frequency for every view of the rig that has its own."""
     return {
-        label: friction(problem.effects, values, scope)
-        for label, scope in scopes(problem).items()
+        label: friction(problem.effects, values, scope) for label, scope in scopes(problem).items()
     }
 
 
@@ -146,9 +141,7 @@ def channels(found: Found, z: np.ndarray, seed: int) -> list[Channel]:
     return out
 
 
-def _channel(
-    found: Found, piece: Piece, i: int, reading: np.ndarray, noise: tuple
-) -> Channel:
+def _channel(found: Found, piece: Piece, i: int, reading: np.ndarray, noise: tuple) -> Channel:
     """Make one channel; row 0 of `reading` (draws, samples) is the best fit."""
     track = found.problem.groups[piece.group].tracks[piece.tracks[i]]
     n, step = track.samples, piece.sheet.step

@@ -1,6 +1,5 @@
 """The list of uncertain numbers of a fit: labels, laws, and the map from z to SI values."""
 
-import difflib
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TypeVar
 
@@ -10,6 +9,7 @@ from jax import Array
 
 from rigid.errors import InputError
 from rigid.priors import AbstractLaw
+from rigid.spec.sentences import unknown
 
 Value = TypeVar("Value")
 
@@ -88,6 +88,4 @@ def require_known(given: Iterable[str], allowed: Iterable[str], where: str) -> N
     names = sorted(set(allowed))
     for name in given:
         if name not in names:
-            near = difflib.get_close_matches(name, names, 1)
-            hint = f"did you mean '{near[0]}'?" if near else f"known are {', '.join(names)}"
-            raise InputError(f"{where}: unknown name '{name}'; {hint}")
+            raise InputError(f"{where}: {unknown('name', name, names)}")

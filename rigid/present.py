@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from rigid import __version__
+from rigid.alternatives import alternatives
 from rigid.calibrate import Calibrated
-from rigid.characteristic import PUBLISHED_RIG, TwoMassRig, dimensionless, roots
-from rigid.friction import FREQUENCIES
-from rigid.outcome import LEVELS, Channel, frictions, values_of
+from rigid.figures import channel_fit, corner, friction_curve, roots_shown, traces
+from rigid.outcome import values_of
 from rigid.parameters import Parameter
 from rigid.published import BY_LABEL, FRICTION, KAPPA
 from rigid.report import content as page
@@ -21,25 +21,12 @@ from rigid.results import friction_at, versions
 from rigid.spec import Spec
 from rigid.summary import Result
 
-EXCITED = (("steady running", 0.01, 0.05), ("quick release", 60.0, 260.0))
-"""Hz; where the records move the rig: at rest or steadily, and at its own frequencies."""
-
-NARROWER = 0.7
-"""A stretch of mu(omega) counts as informed where the 90 % band of log |mu| is below this part of
-the prior's."""
-
-ROOT_DRAWS = 200
-MOST_MU = 1.5e5
-"""N s/m; epsilon = 2.15, as far as Fig. 4 goes."""
-PRIOR_DRAWS = 4000
-CORNER_DRAWS = 4000
-RANK_BINS = 20
+FAST_FLOW = 6.645 + 4.965  # l/min; eq. (22) far below p_max
+PAPER_KAPPA = " and ".join(f"{k.value:g} ({k.place.split(', ', 2)[2]})" for k in KAPPA)
 
 
 def content(spec: Spec, done: Calibrated, found: Result) -> page.CalibrationContent:
     """Gather all that the section on a calibration shows."""
-    from rigid.alternatives import alternatives
-
     return page.CalibrationContent(
         title=spec.title or spec.path.stem,
         simulated=spec.simulated,
@@ -62,10 +49,23 @@ def content(spec: Spec, done: Calibrated, found: Result) -> page.CalibrationCont
     )
 
 
-def _figures(values: np.ndarray) -> dict[str, float]:
-    """Median, sd and the 5 % and 95 % quantiles of draws."""
+def _quantiles(values: np.ndarray) -> tuple[float, float, float]:
     low, middle, high = (float(q) for q in np.percentile(values, [5, 50, 95]))
-    return {"median": middle, "sd": float(np.std(values)), "q05": low, "q95": high}
+    return low, middle, high
+
+
+def _key(
+    label: str,
+    symbol: str,
+    unit: str,
+    values: np.ndarray,
+    published: tuple[page.Published, ...] = (),
+    reading: str = "",
+) -> page.KeyNumber:
+    """One of the key numbers, from its draws."""
+    low, middle, high = _quantiles(values)
+    sd = float(np.std(values))
+    return page.KeyNumber(label, symbol, unit, middle, sd, low, high, published, reading)
 
 
 def _published(label: str) -> tuple[page.Published, ...]:
@@ -74,29 +74,25 @@ def _published(label: str) -> tuple[page.Published, ...]:
 
 def key_numbers(done: Calibrated) -> tuple[page.KeyNumber, ...]:
     """The few numbers people come for."""
-    out = []
-    for p in done.problem.parameters.sampled:
-        if p.base == "k_LC":
-            out.append(page.KeyNumber(
-                "stiffness of the load-cell end", "k_{LC}", p.unit,
-                **_figures(done.values[p.label]), published=_published("k_LC"),
-            ))  # fmt: skip
+    sampled, stiffness = done.problem.parameters.sampled, "stiffness of the load-cell end"
+    out = [
+        _key(stiffness, "k_{LC}", p.unit, done.values[p.label], _published("k_LC"))
+        for p in sampled
+        if p.base == "k_LC"
+    ]
     printed = {0.01: FRICTION[1:], 80.0: FRICTION[:1]}
     for (label, values), at in zip(friction_at(done).items(), _cycled(done), strict=True):
         name = "friction in steady running" if at < 1.0 else "friction at 80 Hz"
         view = label[7:-1].partition(",")[2]
-        out.append(page.KeyNumber(
-            f"{name} ({view})" if view else name,
-            r"\mu(0)" if at < 1.0 else r"|\mu(80\,\mathrm{Hz})|", "N s/m", **_figures(values),
-            published=tuple(page.Published(p.value, p.place) for _, p in printed[at]),
-        ))  # fmt: skip
-    for p in done.problem.parameters.sampled:
-        if p.base == "kappa":
-            out.append(page.KeyNumber(
-                f"flow fraction, {p.label[6:-1]}", r"\kappa", "-", **_figures(done.values[p.label]),
-                published=tuple(page.Published(k.value, k.place) for k in KAPPA),
-                reading="a valve setting of its own in every record; the paper's are of its field test",
-            ))  # fmt: skip
+        symbol = r"\mu(0)" if at < 1.0 else r"|\mu(80\,\mathrm{Hz})|"
+        known = tuple(page.Published(p.value, p.place) for _, p in printed[at])
+        out.append(_key(f"{name} ({view})" if view else name, symbol, "N s/m", values, known))
+    reading = f"a valve setting of this record's own; the paper gives {PAPER_KAPPA}"
+    out += [
+        _key(f"flow fraction, {p.label[6:-1]}", r"\kappa", "-", done.values[p.label], (), reading)
+        for p in sampled
+        if p.base == "kappa"
+    ]
     return tuple(out)
 
 
@@ -128,21 +124,6 @@ def _unit(p: Parameter) -> str:
     return "-" if p.unit == "1" else p.unit
 
 
-def channel_fit(done: Calibrated, c: Channel) -> page.ChannelFit:
-    """One channel for the figures."""
-    read = np.isfinite(c.data)
-    record = next(r for r in done.records if (r.name, r.cylinder) == (c.record, c.cylinder))
-    begins = [float(c.time[0]), *(s.until for s in record.valve[:-1])]
-    unit = {"load": "N", "stroke": "m", "pressure": "Pa", "acceleration": "m/s^2"}[c.quantity]
-    return page.ChannelFit(
-        record=c.record, cylinder=c.cylinder, kind=c.kind, quantity=c.quantity, unit=unit,
-        time=c.time[read], data=c.data[read], quantiles=c.quantiles[:, read],
-        residual=c.residual[read],
-        valve=tuple((t, s.position) for t, s in zip(begins, record.valve, strict=True)),
-        gap=c.gap, correlation_time=c.correlation_time,
-    )  # fmt: skip
-
-
 def record_notes(done: Calibrated) -> tuple[page.RecordNote, ...]:
     """The records as they were read."""
     return tuple(
@@ -157,19 +138,19 @@ def record_notes(done: Calibrated) -> tuple[page.RecordNote, ...]:
 def products(done: Calibrated) -> tuple[page.ProductRow, ...]:
     """Combinations that the records identify better than their parts."""
     ratio = done.values["k_oil"] / done.values["L_0"]
-    out = [page.ProductRow(
-        "k_oil / L_0", r"k_\mathrm{oil}/L_0", "Pa/m", **_figures(ratio),
-        why="only k_oil/(L_0 + x) enters (eq. 21): the parts keep much of their priors",
-    )]  # fmt: skip
-    litre_per_minute = 11.61
+    why = "only k_oil/(L_0 + x) enters (eq. 21): the parts keep much of their priors"
+    out = [_product("k_oil / L_0", r"k_\mathrm{oil}/L_0", "Pa/m", ratio, why)]
+    why = "only flow fraction times pump curve enters; q is that of eq. (22)"
     for p in done.problem.parameters.sampled:
         if p.base == "kappa":
-            out.append(page.ProductRow(
-                f"kappa q, {p.label[6:-1]}", r"\kappa q", "l/min",
-                **_figures(done.values[p.label] * litre_per_minute),
-                why="only the product of flow fraction and pump curve enters; q is that of eq. (22)",
-            ))  # fmt: skip
+            flow = done.values[p.label] * FAST_FLOW
+            out.append(_product(f"kappa q, {p.label[6:-1]}", r"\kappa q", "l/min", flow, why))
     return tuple(out)
+
+
+def _product(name: str, symbol: str, unit: str, values: np.ndarray, why: str) -> page.ProductRow:
+    low, middle, high = _quantiles(values)
+    return page.ProductRow(name, symbol, unit, middle, float(np.std(values)), low, high, why)
 
 
 def mode_rows(done: Calibrated) -> tuple[page.ModeRow, ...]:
@@ -185,95 +166,6 @@ def mode_rows(done: Calibrated) -> tuple[page.ModeRow, ...]:
         )
         for i, o in enumerate(done.found.optima)
     )  # fmt: skip
-
-
-def friction_curve(done: Calibrated) -> page.FrictionCurve:
-    """mu(omega) with its bands beside the prior's."""
-    curve = next(iter(done.frictions.values()))
-    rng = np.random.default_rng([done.seed, 4])
-    prior_z = rng.standard_normal((PRIOR_DRAWS, done.problem.parameters.size))
-    prior = next(iter(frictions(done.problem, values_of(done.problem, prior_z)).values()))
-    quantiles = {
-        name: np.percentile(series, LEVELS, axis=0)
-        for name, series in (
-            ("dissipative", curve.dissipative),
-            ("storage", curve.storage),
-            ("magnitude", curve.magnitude),
-            ("prior_magnitude", prior.magnitude),
-        )
-    }
-    tiny = 1e-300
-    width = np.log((quantiles["magnitude"][4] + tiny) / (quantiles["magnitude"][0] + tiny))
-    before = quantiles["prior_magnitude"]
-    informed = width < NARROWER * np.log((before[4] + tiny) / (before[0] + tiny))
-    published = tuple((f, p.value, p.place) for f, p in FRICTION)
-    return page.FrictionCurve(
-        frequency=FREQUENCIES, **quantiles, informed=informed, excited=EXCITED,
-        published=published,
-    )  # fmt: skip
-
-
-def corner(done: Calibrated) -> page.Draws:
-    """Draws of the rig's own parameters for the corner figure."""
-    local = ("kappa", "kappa_tank", "noise", "preload", "release_time", "M_Pl", "k_frame")
-    shown = [p for p in done.problem.parameters.sampled if p.base not in local][:9]
-    flat = np.stack([done.values[p.label].ravel() for p in shown])
-    every = max(1, flat.shape[1] // CORNER_DRAWS)
-    marks = tuple(BY_LABEL[p.base][0].value if p.base in BY_LABEL else None for p in shown)
-    symbols = tuple(p.symbol if not p.label.endswith("]") else
-                    p.symbol.replace("_i", "_" + p.label[-2]) for p in shown)
-    return page.Draws(symbols, tuple(p.unit for p in shown), flat[:, ::every], marks)
-
-
-def traces(done: Calibrated) -> tuple[page.Trace, ...]:
-    """Ensemble means over steps and rank histograms of a few parameters."""
-    out, z = [], done.draws.z
-    ensembles, steps = z.shape[:2]
-    chosen = [i for i, p in enumerate(done.problem.parameters.sampled)
-              if p.base in ("k_LC", "mu", "k_oil", "mu_branch", "tau_branch")][:6]
-    for i in chosen:
-        p = done.problem.parameters.sampled[i]
-        means = np.asarray(p.law.from_standard(z[..., i])).mean(axis=2)
-        rank = z[..., i].ravel().argsort().argsort().reshape(ensembles, -1)
-        edges = np.linspace(0, rank.size, RANK_BINS + 1)
-        ranks = np.stack([np.histogram(r, edges)[0] for r in rank])
-        symbol = p.symbol.replace("_i", "_" + p.label[-2]) if p.label.endswith("]") else p.symbol
-        out.append(page.Trace(
-            symbol, p.unit, done.draws.warmup + np.arange(steps), means, done.draws.warmup, ranks
-        ))  # fmt: skip
-    return tuple(out)
-
-
-def roots_shown(done: Calibrated) -> page.Roots:
-    """Roots of eq. (14) as Fig. 4 has them, with those of the posterior at the release's mu."""
-    paths = np.stack([_roots(PUBLISHED_RIG, float(mu)) for mu in np.linspace(0.0, MOST_MU, 600)], 1)
-    at = int(np.argmin(np.abs(FREQUENCIES - 80.0)))
-    mu = list(done.frictions.values())[-1].dissipative[:, at]
-    every = max(1, len(mu) // ROOT_DRAWS)
-    v = {label.split("[")[0]: s.ravel()[::every] for label, s in done.values.items()}
-    rigs = [
-        TwoMassRig(
-            float(v["M_HC"][i] - v["M_Pl"][i]),
-            float(v["M_Pl"][i] + v["M_Fl"][i] / 2),
-            float(v["k_oil"][i] * v["S_Pl"][i] / v["L_0"][i]),
-            float(v["k_LC"][i]),
-        )
-        for i in range(len(v["k_LC"]))
-    ]
-    cloud = [_roots(rig, float(m)) for rig, m in zip(rigs, mu[::every], strict=True)]
-    marks = tuple((f"{p.value:.3g} N s/m", _roots(PUBLISHED_RIG, p.value)) for _, p in FRICTION)
-    return page.Roots(
-        paths,
-        (0.0, float(dimensionless(PUBLISHED_RIG, MOST_MU).epsilon)),
-        _roots(PUBLISHED_RIG, 0.0),
-        marks,
-        ("posterior, Re mu at 80 Hz", np.concatenate(cloud)),
-    )
-
-
-def _roots(rig: TwoMassRig, mu: float) -> np.ndarray:
-    scaled = dimensionless(rig, mu)
-    return roots(scaled.epsilon, scaled.a1, scaled.a2)
 
 
 def summary(done: Calibrated) -> str:

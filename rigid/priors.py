@@ -12,6 +12,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jax import Array
 from jax.scipy.special import ndtr, ndtri
+from jax.typing import ArrayLike
 
 from rigid.errors import InputError
 
@@ -27,7 +28,7 @@ class AbstractLaw(eqx.Module):
     name: eqx.AbstractClassVar[str]
 
     @abstractmethod
-    def from_standard(self, z: Array) -> Array:
+    def from_standard(self, z: ArrayLike) -> Array:
         """Map standard normal `z` to the quantity, monotonically, elementwise."""
 
     @property
@@ -48,7 +49,7 @@ class Lognormal(AbstractLaw):
         if not (self.factor > 1.0 and self.median != 0.0):
             raise InputError("lognormal needs a factor above 1 and a median other than 0")
 
-    def from_standard(self, z: Array) -> Array:
+    def from_standard(self, z: ArrayLike) -> Array:
         """Return median * factor^z; a negative median gives negative values."""
         return self.median * jnp.exp(jnp.log(self.factor) * z)
 
@@ -65,7 +66,7 @@ class Normal(AbstractLaw):
         if self.sd < 0.0:
             raise InputError("normal needs an sd of 0 or more")
 
-    def from_standard(self, z: Array) -> Array:
+    def from_standard(self, z: ArrayLike) -> Array:
         """Return mean + sd z."""
         return self.mean + self.sd * z
 
@@ -89,7 +90,7 @@ class TruncatedNormal(AbstractLaw):
         if not (self.low < self.high and self.sd > 0.0):
             raise InputError("truncated_normal needs low < high and an sd above 0")
 
-    def from_standard(self, z: Array) -> Array:
+    def from_standard(self, z: ArrayLike) -> Array:
         """Map through both distribution functions."""
         low, high = ndtr((self.low - self.mean) / self.sd), ndtr((self.high - self.mean) / self.sd)
         value = self.mean + self.sd * ndtri(low + (high - low) * ndtr(z))
@@ -108,7 +109,7 @@ class Uniform(AbstractLaw):
         if not self.low < self.high:
             raise InputError("uniform needs low < high")
 
-    def from_standard(self, z: Array) -> Array:
+    def from_standard(self, z: ArrayLike) -> Array:
         """Map through the normal distribution function."""
         return self.low + (self.high - self.low) * ndtr(z)
 
@@ -125,7 +126,7 @@ class LogUniform(AbstractLaw):
         if not 0.0 < self.low < self.high:
             raise InputError("loguniform needs 0 < low < high")
 
-    def from_standard(self, z: Array) -> Array:
+    def from_standard(self, z: ArrayLike) -> Array:
         """Map through the normal distribution function, in the logarithm."""
         return self.low * jnp.exp(jnp.log(self.high / self.low) * ndtr(z))
 
@@ -136,7 +137,7 @@ class Fixed(AbstractLaw):
     value: Array = argument()
     name: ClassVar[str] = "fixed"
 
-    def from_standard(self, z: Array) -> Array:
+    def from_standard(self, z: ArrayLike) -> Array:
         """Return the value, whatever z."""
         return self.value + 0.0 * z
 
@@ -164,7 +165,7 @@ def make_law(name: str, arguments: Mapping[str, float], where: str) -> AbstractL
         given = ", ".join(arguments) or "nothing"
         raise InputError(f"{where}: {name} takes {', '.join(wanted)}; given was {given}")
     try:
-        given: dict[str, Any] = {key: float(value) for key, value in arguments.items()}
-        return law(**given)
+        exact: dict[str, Any] = {key: float(value) for key, value in arguments.items()}
+        return law(**exact)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None

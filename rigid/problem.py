@@ -1,6 +1,8 @@
 """Rig, records, noise and priors put together: predictions and the log-posterior of z."""
 
+import os
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -80,9 +82,12 @@ def walkers(problem: Problem) -> int:
 def log_density(problem: Problem, z: np.ndarray) -> np.ndarray:
     """Log-posterior of z (n, size), half an ensemble at a time: one program does for all."""
     size = walkers(problem) // 2
-    out = []
-    for begin in range(0, len(z), size):
+
+    def half(begin: int) -> np.ndarray:
         rows = z[begin : begin + size]
         padded = np.pad(rows, ((0, size - len(rows)), (0, 0)), mode="edge")
-        out.append(np.asarray(log_posterior(problem, jnp.asarray(padded)))[: len(rows)])
-    return np.concatenate(out)
+        return np.asarray(log_posterior(problem, jnp.asarray(padded)))[: len(rows)]
+
+    first = half(0)
+    with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
+        return np.concatenate([first, *pool.map(half, range(size, len(z), size))])

@@ -60,7 +60,9 @@ def rows(done: Calibrated) -> list[ParameterRow]:
     for p in done.problem.parameters.sampled:
         published = BY_LABEL.get(p.base)
         figures = summarise(done.values[p.label], ensemble)
-        out.append(ParameterRow(p.label, p.unit, figures, published[0].value if published else None))
+        out.append(
+            ParameterRow(p.label, p.unit, figures, published[0].value if published else None)
+        )
     for label, values in friction_at(done).items():
         out.append(ParameterRow(label, "N s/m", summarise(values, ensemble)))
     return out
@@ -92,8 +94,12 @@ def checks(done: Calibrated, gap: float) -> list[Check]:
 def gaps(done: Calibrated) -> Gap:
     """Gap by record and channel; two cylinders of a record are told apart by the cylinder."""
     records: dict[str, dict[str, float | None]] = {}
-    twice = {c.record for c in done.shown for d in done.shown
-             if c.record == d.record and c.cylinder != d.cylinder}
+    twice = {
+        c.record
+        for c in done.shown
+        for d in done.shown
+        if c.record == d.record and c.cylinder != d.cylinder
+    }
     for c in done.shown:
         name = f"{c.record},{c.cylinder}" if c.record in twice else c.record
         records.setdefault(name, {})[c.quantity] = c.gap
@@ -133,13 +139,13 @@ def write_posterior(path: Path, spec: Spec, done: Calibrated) -> None:
     sampled = {p.label: done.kept[p.label] for p in problem.parameters.sampled}
     for label, pair in done.sensors.items():
         quantity = label.split(",")[0]
-        for name, unit, series in zip(
-            ("gain", "zero"), ("1", UNITS[quantity]), pair, strict=True
-        ):
+        for name, unit, series in zip(("gain", "zero"), ("1", UNITS[quantity]), pair, strict=True):
             sampled[f"{name}[{label}]"] = series.reshape(shape)
             described[f"{name}[{label}]"] = (unit, name)
     posterior = with_friction(dataset(sampled, described, coords), done.kept_frictions, shape)
-    z = np.random.default_rng([done.seed, 3]).standard_normal((PRIOR_DRAWS, problem.parameters.size))
+    z = np.random.default_rng([done.seed, 3]).standard_normal(
+        (PRIOR_DRAWS, problem.parameters.size)
+    )
     drawn = values_of(problem, z)
     prior_values = {p.label: drawn[p.label][None] for p in problem.parameters.sampled}
     prior = with_friction(
@@ -183,7 +189,9 @@ def printed(found: Result, folder: Path, as_json: bool) -> str:
     """Text for standard output: the table, or result.json as it was written."""
     if as_json:
         return (folder / "result.json").read_text(encoding="utf-8")
-    lines = [f"{'parameter':32}{'unit':8}{'median':>12}{'5 %':>12}{'95 %':>12}{'ESS':>8}{'R-hat':>8}"]
+    lines = [
+        f"{'parameter':32}{'unit':8}{'median':>12}{'5 %':>12}{'95 %':>12}{'ESS':>8}{'R-hat':>8}"
+    ]
     for row in found.parameters:
         s = row.summary
         ess = f"{s.ess_bulk:8.0f}" if s.ess_bulk is not None else f"{'-':>8}"

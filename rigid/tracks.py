@@ -20,6 +20,9 @@ JUMP_FRACTION = 0.2
 QUIET_FACTOR = 6.0
 """... and this many standard deviations of the quiet stretch before it."""
 
+NORMAL_MEDIAN = 0.6745
+"""Median of the magnitude of a standard normal variable."""
+
 QUIET_SAMPLES = 8
 """Fewest samples that make a quiet stretch."""
 
@@ -121,6 +124,8 @@ def make_track(record: Record) -> tuple[Track, Series]:
             f"{record.path}: samples are not evenly spaced (median interval "
             f"{record.interval:.6g} s); resample the file to an even grid before fitting"
         )
+    # Rounded, so that records of one logger share a program whatever their last bits.
+    record = dataclasses.replace(record, interval=float(f"{record.interval:.9g}"))
     at = np.round((record.time - record.time[0]) / record.interval).astype(int)
     samples = int(at[-1]) + 1
     data, weight = {}, {}
@@ -169,11 +174,6 @@ def _drive(record: Record, samples: int) -> Drive:
         levels.append({"shut": 0, "open": 1, "tank": tanks}[stretch.position])
         switches.append(stretch.until)
     first = float(record.time[0])
-    if np.isfinite(switches[-1]):
-        raise InputError(
-            f"{record.path}: the valve programme of record '{record.name}' ends at "
-            f"{switches[-1]} s; leave `until` out of its last entry"
-        )
     inside = [s for s in switches[:-1] if s > first]
     if len(inside) > MOST_SWITCHES:
         raise InputError(
@@ -214,8 +214,10 @@ def _onset(record: Record, series: Series) -> int:
     data, weight = series.data["acceleration"], series.weight["acceleration"]
     size = np.abs(data - np.median(data[weight > 0])) * weight
     onset = int(np.argmax(size > JUMP_FRACTION * size.max()))
-    quiet = size[:onset]
-    if onset >= QUIET_SAMPLES and size[onset] < QUIET_FACTOR * quiet.std():
+    rest = size[weight > 0] if onset < QUIET_SAMPLES else size[:onset]
+    # Most of a release's record is ring-down and rest: its median tells the noise all the same.
+    noise = np.median(rest) / NORMAL_MEDIAN if onset < QUIET_SAMPLES else rest.std()
+    if size[onset] < QUIET_FACTOR * noise:
         raise InputError(
             f"{record.path}: no release stands out of the noise of record '{record.name}' "
             "(acceleration never clearly exceeds its quiet stretch); give `release_time`"

@@ -34,7 +34,11 @@ kind = "free-run"
 cylinder = "left"
 file = "../measured/day 2/stroll.dat"
 valve = [{{ until = {shut}, position = "open" }}, {{ position = "shut" }}]
-channels = {{ time = {{ column = "TIMESTAMP", unit = "timestamp" }}, load = {{ column = "F1", unit = "kN" }}, stroke = {{ column = "s1", unit = "mm" }}, pressure = {{ column = "p1", unit = "bar" }} }}
+[records.channels]
+time = {{ column = "TIMESTAMP", unit = "timestamp" }}
+load = {{ column = "F1", unit = "kN" }}
+stroke = {{ column = "s1", unit = "mm" }}
+pressure = {{ column = "p1", unit = "bar" }}
 
 [[records]]
 name = "stroll"
@@ -42,7 +46,11 @@ kind = "free-run"
 cylinder = "right"
 file = "../measured/day 2/stroll.dat"
 valve = [{{ until = {shut}, position = "open" }}, {{ position = "shut" }}]
-channels = {{ time = {{ column = "TIMESTAMP", unit = "timestamp" }}, load = {{ column = "F2", unit = "kN" }}, stroke = {{ column = "s2", unit = "mm" }}, pressure = {{ column = "p2", unit = "bar" }} }}
+[records.channels]
+time = {{ column = "TIMESTAMP", unit = "timestamp" }}
+load = {{ column = "F2", unit = "kN" }}
+stroke = {{ column = "s2", unit = "mm" }}
+pressure = {{ column = "p2", unit = "bar" }}
 
 [[records]]
 name = "snap"
@@ -50,7 +58,9 @@ kind = "release"
 cylinder = "left"
 file = "../measured/day 2/snap.csv"
 preload = {{ value = 6000.0, sd = 60.0 }}
-channels = {{ time = {{ column = "t", unit = "s" }}, acceleration = {{ column = "a", unit = "m/s2" }} }}
+[records.channels]
+time = {{ column = "t", unit = "s" }}
+acceleration = {{ column = "a", unit = "m/s2" }}
 
 [sampler]
 seed = 3

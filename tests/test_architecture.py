@@ -42,6 +42,7 @@ LAYERS = (
     ("plots",),
     ("report",),
     ("alternatives",),
+    ("figures",),
     ("present",),
     ("fit",),
 )

@@ -4,7 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from rigid.generator.campaign import campaign
+from rigid.generator.campaign import Conditions, campaign
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -30,7 +30,7 @@ def main(arguments: list[str] | None = None) -> int:
         options.out,
         specs=options.specs,
         field=not options.no_field,
-        noise_correlation=options.noise_correlation,
+        conditions=Conditions(options.noise_correlation),
     )
     sys.stderr.write(f"simulated campaign of seed {options.seed} written to {options.out}\n")
     return 0

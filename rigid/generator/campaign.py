@@ -1,6 +1,6 @@
 """A whole campaign: draw it, run it, record it, write it."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from itertools import groupby
 from pathlib import Path
@@ -25,15 +25,30 @@ MORNING = datetime(2018, 3, 12, 9, 30)  # the paper's field test was in March 20
 SLOW_CHANNELS = ("load", "stroke", "pressure")
 
 
+@dataclass(frozen=True)
+class Conditions:
+    """What may differ from campaign to campaign of a study.
+
+    - noise_correlation: AR(1) coefficient of the slow channels' noise, in [0, 1)
+    - hidden: pieces of physics to hide in every record, named in the truth alone
+    - clock: a seed for lengths and valve times alone, so that many campaigns share them
+    """
+
+    noise_correlation: float = 0.0
+    hidden: tuple[Piece, ...] = ()
+    clock: int | None = None
+
+
+NOMINAL = Conditions()
+
+
 def campaign(
     seed: int,
     out: Path,
     *,
     specs: Path | None = None,
     field: bool = True,
-    noise_correlation: float = 0.0,
-    hidden: tuple[Piece, ...] = (),
-    clock: int | None = None,
+    conditions: Conditions = NOMINAL,
 ) -> Truth:
     """Write a campaign's records, specs and truth into a folder; gives the truth.
 
@@ -41,13 +56,12 @@ def campaign(
     - out: folder of the records and of truth.json, made where it is missing
     - specs: folder of the specs; left out: `out`
     - field: whether the field record (and its true ice load) is written
-    - noise_correlation: AR(1) coefficient of the slow channels' noise, in [0, 1)
-    - hidden: pieces of physics to hide in every record, named in the truth alone
-    - clock: a seed for lengths and valve times alone, so that many campaigns share them
+    - conditions: what differs from the population's usual campaign
     """
-    if not 0.0 <= noise_correlation < 1.0:
-        raise ValueError(f"noise_correlation is {noise_correlation}; it has to lie in [0, 1)")
-    truth = draw(seed, field=field, noise_correlation=noise_correlation, clock=clock)
+    correlation, hidden = conditions.noise_correlation, conditions.hidden
+    if not 0.0 <= correlation < 1.0:
+        raise ValueError(f"noise_correlation is {correlation}; it has to lie in [0, 1)")
+    truth = draw(seed, field=field, noise_correlation=correlation, clock=conditions.clock)
     truth = replace(truth, hidden=tuple(type(piece).__name__ for piece in hidden))
     specs = out if specs is None else specs
     for folder in (out, specs):

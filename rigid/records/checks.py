@@ -8,6 +8,7 @@ import numpy as np
 
 from rigid.records.defects import Defect, at_lines, runs
 from rigid.records.plausible import implausible, implausible_interval
+from rigid.records.units import contradiction
 from rigid.spec import SensorSpec, Stretch
 
 FEWEST = 20  # samples
@@ -40,7 +41,8 @@ class Run:
     """A record as the checks see it.
 
     - time: (n,) s, increasing; rows: (n,) lines of the file
-    - values: quantity -> (n,) SI; units: quantity -> unit in the file, `time` included
+    - values: quantity -> (n,) SI; units: quantity -> unit in the spec, `time` included
+    - stated: quantity -> known unit that the file itself gives, where it gives one
     - stretch: (n,) number of the stretch of the valve; open_valve: (n,) bool
     """
 
@@ -49,6 +51,7 @@ class Run:
     rows: np.ndarray
     values: Mapping[str, np.ndarray]
     units: Mapping[str, str]
+    stated: Mapping[str, str]
     stretch: np.ndarray
     open_valve: np.ndarray
 
@@ -90,8 +93,9 @@ def clock(time: np.ndarray, rows: np.ndarray) -> list[Defect]:
     return found
 
 
-def sampling(time: np.ndarray, rows: np.ndarray, unit: str) -> list[Defect]:
+def sampling(run: Run) -> list[Defect]:
     """Return the defects of an increasing clock: `too-short`, `unit`, `gap`."""
+    time, rows, unit = run.time, run.rows, run.units["time"]
     everywhere = np.ones(len(time), dtype=bool)
     found = []
     if len(time) < FEWEST:
@@ -101,7 +105,7 @@ def sampling(time: np.ndarray, rows: np.ndarray, unit: str) -> list[Defect]:
         return found
     steps = np.diff(time)
     interval = float(np.median(steps))
-    says = implausible_interval(interval, unit)
+    says = contradiction(run.stated.get("time", ""), unit) or implausible_interval(interval, unit)
     if says:
         found.append(Defect("unit", "time", says, everywhere))
     wide = np.concatenate([[False], steps > GAP * interval])
@@ -120,7 +124,7 @@ def channels(run: Run, sensors: Sheets) -> list[Defect]:
     found = []
     for quantity in run.values:
         found += lost(run, quantity)
-        found += unit(run, quantity)
+        found += unit(run, quantity, sensors[quantity])
         found += saturated(run, quantity, sensors[quantity])
         found += list(dead(run, quantity, sensors[quantity])) or list(
             frozen(run, quantity, sensors)
@@ -140,14 +144,15 @@ def lost(run: Run, quantity: str) -> list[Defect]:
     return [Defect("nan", quantity, says, bad)]
 
 
-def unit(run: Run, quantity: str) -> list[Defect]:
-    """Return the defect of values that are wrong by a factor of about 1,000."""
-    values = run.values[quantity]
-    says = implausible(run.kind, quantity, values, run.units[quantity])
+def unit(run: Run, quantity: str, sensor: SensorSpec) -> list[Defect]:
+    """Return the defect of a unit that the file contradicts, or that makes values implausible."""
+    values, given = run.values[quantity], run.units[quantity]
+    says = contradiction(run.stated.get(quantity, ""), given)
     if not says:
-        return []
-    k = int(np.nanargmax(np.abs(values)))
-    says = f"line {run.rows[k]}: {says}"
+        says = implausible(run.kind, quantity, values, given, sensor)
+        if not says:
+            return []
+        says = f"line {run.rows[int(np.nanargmax(np.abs(values)))]}: {says}"
     return [Defect("unit", quantity, says, np.ones(len(values), dtype=bool))]
 
 

@@ -2,20 +2,14 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 
 from rigid.errors import InputError
+from rigid.spec import DefectName
 
-NAMES = (
-    "time-not-increasing",
-    "gap",
-    "nan",
-    "stuck",
-    "saturated",
-    "unit",
-    "too-short",
-)
+NAMES: tuple[str, ...] = get_args(DefectName)
 SHOWN = 3  # places named in a message
 
 
@@ -35,19 +29,21 @@ class Defect:
     samples: np.ndarray
 
 
+def causes(defects: Iterable[Defect], accept: Sequence[str]) -> list[Defect]:
+    """Return the defects without the `saturated` of channels whose unit is refused."""
+    found = list(defects)
+    wrong = {d.quantity for d in found if d.name == "unit" and d.name not in accept}
+    return [d for d in found if d.name != "saturated" or d.quantity not in wrong]
+
+
 def settle(where: str, defects: Iterable[Defect], accept: Sequence[str]) -> tuple[str, ...]:
     """Return a note for each accepted defect.
 
     - where: file and record, what every message begins with
     - accept: names of the defects that the record's spec accepts
 
-    Raises InputError, a line for each, when defects remain or an accepted name is unknown.
+    Raises InputError, a line for each, when defects remain.
     """
-    unknown = [name for name in accept if name not in NAMES]
-    if unknown:
-        raise InputError(
-            f"{where}: accept names {unknown[0]!r}, which is no defect; known: {', '.join(NAMES)}"
-        )
     notes, refused = [], []
     for defect in defects:
         line = f"{where}, {defect.quantity}: {defect.says}"

@@ -1,36 +1,70 @@
 """Plain tables: comma, semicolon or tab between the columns, with or without a header."""
 
 import csv
+import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from rigid.errors import InputError
 from rigid.records.table import Table, build, is_number, is_stamp, missing
+from rigid.records.units import known
 
 SEPARATORS = (";", "\t", ",")
 COMMENT = "#"
 LOOK_AT = 20  # lines from which the separator is told
+SEP_LINE = re.compile(r'"?sep=([;,\t|])"?\s*', re.IGNORECASE)  # a spreadsheet's first line
+QUOTED = re.compile(r'"[^"]*"')
 
 
 def parse(path: Path, text: str) -> Table:
     """Return the table of a plain text file.
 
     A header is told by cells that are no numbers, a row of units by standing below it with no
-    number in it. Without a header the columns are named 1, 2, ... Lines that begin with # and
-    empty lines are passed over. Numbers may have a decimal comma where the separator is none.
+    number in it. Without a header the columns are named 1, 2, ..., or by a line that begins with #
+    and stands above the rows. Other lines that begin with # and empty lines are passed over.
+    Numbers may have a decimal comma where the separator is none. A first line `sep=;` is obeyed.
 
     Raises InputError when there are no two columns, no rows, or rows of unequal length.
     """
     lines = text.split("\n")
-    separator = separator_of(path, lines)
+    given = SEP_LINE.fullmatch(lines[0])
+    if given:
+        lines[0] = ""
+    separator = given[1] if given else separator_of(path, lines)
     body, numbers = split(path, lines, separator)
+    if not body:
+        raise InputError(f"{path}: the file has no data rows; record again or name another file")
     comma = separator != ","
-    names: Sequence[str] = [str(k + 1) for k in range(len(body[0]))]
     skip = 0
     if is_header(body[0], comma):
-        names = body[0]
         skip = 2 if len(body) > 1 and is_header(body[1], comma, every=True) else 1
-    return build(path, names, body[skip:], numbers[skip:], comma)
+    names: Sequence[str] = [str(k + 1) for k in range(len(body[0]))]
+    heads = body[:skip]
+    if skip == 0 or (skip == 1 and is_units(body[0])):
+        heads = commented(lines[: numbers[0] - 1], separator, len(body[0])) + heads
+    units: Sequence[str] = ()
+    if skip == 2 or (len(heads) > 1 and is_units(heads[-1])):
+        names, units = heads[-2:]
+    elif heads:
+        names = heads[-1]
+    return build(path, names, body[skip:], numbers[skip:], comma, units=units)
+
+
+def commented(lines: Iterable[str], separator: str, width: int) -> list[tuple[str, ...]]:
+    """Return those lines that begin with # and name `width` columns, cells without the #."""
+    found = []
+    for line in lines:
+        if line.startswith(COMMENT):
+            bare = [line.removeprefix(COMMENT)]
+            row = next(csv.reader(bare, delimiter=separator, skipinitialspace=True), [])
+            if len(row) == width > 1 and is_header(row, False, every=True):
+                found.append(tuple(row))
+    return found
+
+
+def is_units(cells: Sequence[str]) -> bool:
+    """Whether every cell is a known unit or empty."""
+    return any(map(known, cells)) and all(known(c) or missing(c) for c in cells)
 
 
 def split(
@@ -61,12 +95,13 @@ def split(
 
 def separator_of(path: Path, lines: list[str]) -> str:
     """Return what separates the columns; raises InputError when there is only one column."""
-    full = (line for line in lines if line.strip() and not line.startswith(COMMENT))
+    full = (QUOTED.sub("", line) for line in lines if line.strip() and not line.startswith(COMMENT))
     sample = [line for line, _ in zip(full, range(LOOK_AT), strict=False)]
     if not sample:
         raise InputError(f"{path}: the file has no data rows; record again or name another file")
     for separator in SEPARATORS:
-        if 2 * sum(separator in line for line in sample) > len(sample):
+        shares = sum(separator in line for line in sample)
+        if separator in sample[0] and 2 * shares > len(sample):
             return separator
     raise InputError(
         f"{path}: no columns found in line 1, {lines[0][:60]!r}; "

@@ -1,6 +1,6 @@
 """From the records a spec names to checked, immutable records in SI."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
@@ -9,7 +9,7 @@ import numpy as np
 
 from rigid.errors import InputError
 from rigid.records import checks
-from rigid.records.defects import Defect, settle
+from rigid.records.defects import Defect, causes, settle
 from rigid.records.files import Source, load
 from rigid.records.record import Channel, Record, grid
 from rigid.records.table import Table
@@ -38,8 +38,10 @@ class Raw:
         return Raw(self.rows[keep], kept, self.names)
 
 
-def read_records(spec: Spec) -> tuple[Record, ...]:
+def read_records(spec: Spec, kinds: Collection[str] | None = None) -> tuple[Record, ...]:
     """Return the records of the spec that are fitted (`fit`), in its order.
+
+    - kinds: return the records of these kinds instead, such as ("field",), fitted or not
 
     A file that several records name is read once.
 
@@ -48,7 +50,7 @@ def read_records(spec: Spec) -> tuple[Record, ...]:
     files: dict[Path, Source | InputError] = {}
     found, problems = [], []
     for record in spec.records:
-        if record.fit:
+        if record.fit if kinds is None else record.kind in kinds:
             try:
                 found.append(read_record(record, spec.sensors, files))
             except InputError as error:
@@ -73,14 +75,14 @@ def read_record(
     """
     where = f"{spec.file}: record {spec.name!r}"
     source = _load(spec.file, {} if files is None else files)
-    raw = _convert(spec, source.table, where)
-    raw, notes = _on_clock(spec, raw, where)
+    raw, notes = _on_clock(spec, _convert(spec, source.table, where), where)
     time = raw.columns[TIME]
     stretch, open_valve = checks.stretches(time, spec.valve)
     values = {quantity: v for quantity, v in raw.columns.items() if quantity != TIME}
     units = {quantity: channel.unit for quantity, channel in spec.channels.items()}
-    run = checks.Run(spec.kind, time, raw.rows, values, units, stretch, open_valve)
-    defects = checks.sampling(time, raw.rows, units[TIME]) + checks.channels(run, sensors)
+    stated = {q: source.table.units.get(name, "") for q, name in raw.names.items()}
+    run = checks.Run(spec.kind, time, raw.rows, values, units, stated, stretch, open_valve)
+    defects = causes(checks.sampling(run) + checks.channels(run, sensors), spec.accept)
     notes += settle(where, defects, spec.accept)
     interval, uniform = grid(time)
     return Record(

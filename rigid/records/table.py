@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from rigid.errors import InputError
+from rigid.records.units import in_name, known
 
 STAMP = re.compile(r"\d{4}-\d\d-\d\d[ T]\d\d:\d\d(:\d\d(\.\d+)?)?")
 MISSING = frozenset({"", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--"})
@@ -24,6 +25,7 @@ class Table:
     - notes: what was dropped on reading
     - refused: name -> why this column holds no numbers
     - timestamps: names of the columns that hold time stamps
+    - units: name -> unit the file states for this column, where it is a known one
     """
 
     columns: dict[str, np.ndarray]
@@ -31,6 +33,7 @@ class Table:
     notes: tuple[str, ...] = ()
     refused: Mapping[str, str] = field(default_factory=dict)
     timestamps: frozenset[str] = frozenset()
+    units: Mapping[str, str] = field(default_factory=dict)
 
 
 class NotNumbersError(ValueError):
@@ -48,16 +51,18 @@ def build(
     lines: list[int],
     comma: bool = False,
     notes: tuple[str, ...] = (),
+    units: Sequence[str] = (),
 ) -> Table:
     """Return the table of the rows `body`, cells still text.
 
     - names: of the columns; an empty or repeated name gets its number added
     - lines: of the file, for each row
     - comma: a cell may have a decimal comma
+    - units: the file's row of units; a unit in a column's name counts as well
 
     Raises InputError when rows differ in length or there are none.
     """
-    names = unique(names)
+    names = unique(without_empty_end(names, body))
     body, lines, dropped = even(path, len(names), body, lines)
     if not body:
         raise InputError(f"{path}: the file has no data rows; record again or name another file")
@@ -74,7 +79,25 @@ def build(
         except NotNumbersError as error:
             columns[name] = np.full(len(body), np.nan)
             refused[name] = f"line {lines[error.position]} holds {error.text!r}"
-    return Table(columns, np.array(lines), (*notes, *dropped), refused, frozenset(stamps))
+    notes = (*notes, *dropped)
+    stated = stated_units(names, units)
+    return Table(columns, np.array(lines), notes, refused, frozenset(stamps), stated)
+
+
+def without_empty_end(names: Sequence[str], body: list[tuple[str, ...]]) -> list[str]:
+    """Return the names without those empty ones at the end that no row has a cell for."""
+    widest = max(map(len, body), default=0)
+    end = len(names)
+    while end > max(widest, 1) and not names[end - 1].strip():
+        end -= 1
+    return list(names[:end])
+
+
+def stated_units(names: Sequence[str], units: Sequence[str]) -> dict[str, str]:
+    """Return the known unit of each name, from the row of units or else from the name itself."""
+    row = [*units, *[""] * len(names)]
+    found = {name: known(unit) or in_name(name) for name, unit in zip(names, row, strict=False)}
+    return {name: unit for name, unit in found.items() if unit}
 
 
 def unique(names: Sequence[str]) -> list[str]:
@@ -126,7 +149,7 @@ def is_stamp(cell: str) -> bool:
 def is_number(cell: str, comma: bool = False) -> bool:
     """Whether the cell is a number; `comma` allows a decimal comma."""
     try:
-        float(point(cell) if comma else cell)
+        number(cell, comma)
     except ValueError:
         return False
     return True
@@ -137,13 +160,21 @@ def point(cell: str) -> str:
     return cell if "." in cell else cell.replace(",", ".", 1)
 
 
+def number(cell: str, comma: bool) -> float:
+    """Return the cell as a number; raises ValueError where it is none, such as Python's 1_000."""
+    if "_" in cell:
+        raise ValueError(cell)
+    return float(point(cell) if comma else cell)
+
+
 def numbers(cells: Sequence[str], comma: bool) -> np.ndarray:
     """Return the cells as (n,) float64, NaN where nothing was recorded.
 
     Raises NotNumbersError at the first cell that is neither.
     """
     try:
-        return np.array([float(c) for c in cells])
+        if "_" not in "".join(cells):
+            return np.array([float(c) for c in cells])
     except ValueError:
         pass
     values = np.full(len(cells), np.nan)
@@ -151,7 +182,7 @@ def numbers(cells: Sequence[str], comma: bool) -> np.ndarray:
         if missing(cell):
             continue
         try:
-            values[k] = float(point(cell) if comma else cell)
+            values[k] = number(cell, comma)
         except ValueError:
             raise NotNumbersError(k, cell) from None
     return values

@@ -21,14 +21,14 @@ def parse(path: Path, text: str) -> Table:
     Raises InputError when the header is not that of TOA5 or the rows do not fit it.
     """
     lines = text.split("\n")
-    names = header(path, lines)
+    names, units = header(path, lines)
     data, notes = without_repeats(lines[HEADER_LINES:])
     body, numbers = split(path, data, ",", first=HEADER_LINES + 1)
-    return build(path, names, body, numbers, notes=notes)
+    return build(path, names, body, numbers, notes=notes, units=units)
 
 
-def header(path: Path, lines: list[str]) -> list[str]:
-    """Return the names of the columns; raises InputError when the header is not TOA5's."""
+def header(path: Path, lines: list[str]) -> tuple[list[str], list[str]]:
+    """Return names and units of the columns; raises InputError when the header is not TOA5's."""
     first = cells_of(path, lines, 0)
     if first[0] != "TOA5":
         raise InputError(
@@ -48,7 +48,7 @@ def header(path: Path, lines: list[str]) -> list[str]:
                 f"{path}: line {k + 1} ({HEADER[k]}) has {found} fields where line 2 names "
                 f"{len(names)} columns; the header is damaged, export the table again"
             )
-    return names
+    return names, cells_of(path, lines, 2)
 
 
 def cells_of(path: Path, lines: list[str], k: int) -> list[str]:

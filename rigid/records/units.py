@@ -1,5 +1,7 @@
 """Units a channel may be recorded in, each with its factor to SI."""
 
+import re
+
 from rigid.errors import InputError
 
 DIMENSIONS = {
@@ -43,6 +45,20 @@ UNITS: dict[str, tuple[str, float]] = {
     "mg": ("acceleration", GRAVITY * 1e-3),
 }
 
+SAME = {  # other ways in which files write these units
+    "sec": "s",
+    "seconds": "s",
+    "msec": "ms",
+    "\u00b5s": "us",
+    "\u03bcs": "us",
+    "\u00b5m": "um",
+    "\u03bcm": "um",
+    "inch": "in",
+    "m/s\u00b2": "m/s^2",
+    "PSI": "psi",
+}
+IN_NAME = re.compile(r".*[\[(]([^\[\]()]*)[\])]\s*")
+
 
 def to_si(quantity: str, unit: str, scale: float | None, where: str) -> float:
     """Return what a recorded 1 is worth in SI: the unit's factor, or `scale` for counts.
@@ -81,6 +97,32 @@ def to_si(quantity: str, unit: str, scale: float | None, where: str) -> float:
 def allowed(quantity: str) -> tuple[str, ...]:
     """Return the names of the units `quantity` may have."""
     return (*(u for u, (d, _) in UNITS.items() if d == DIMENSIONS[quantity]), COUNTS)
+
+
+def known(text: str) -> str:
+    """Return the unit that a file's `kN`, `[kN]` or `(kN)` names; empty where none is known."""
+    bare = text.strip().strip("[]()").strip()
+    name = SAME.get(bare, bare)
+    return name if name in UNITS and name != TIMESTAMP else ""
+
+
+def in_name(name: str) -> str:
+    """Return the known unit that ends a column's name, as in `time [s]`; empty where none does."""
+    match = IN_NAME.fullmatch(name)
+    return known(match[1]) if match else ""
+
+
+def contradiction(stated: str, unit: str) -> str:
+    """Return what to say where file and spec name different units; empty where they do not.
+
+    - stated: by the file, empty where it states none; unit: in the spec
+    """
+    if not known(unit) or stated not in UNITS or UNITS[stated] == UNITS[unit]:
+        return ""
+    return (
+        f"the file gives the unit {stated!r}, the spec {unit!r}; "
+        "correct the spec, or name another column"
+    )
 
 
 def dimension(quantity: str, where: str) -> str:

@@ -1,36 +1,13 @@
 """What a spec says, as frozen values. SI, once the record readers have converted units."""
 
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
-Position = Literal["open", "shut", "tank"]
-Kind = Literal["frame", "release", "free-run", "field"]
-Quantity = Literal["time", "load", "stroke", "pressure", "acceleration"]
-
-
-class Value(BaseModel):
-    """Base of all parts of a spec: immutable, unknown keys refused."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class Known(Value):
-    """A number with its uncertainty (1 sd), in SI; an sd of 0 is exact."""
-
-    value: float
-    sd: Annotated[float, Field(ge=0.0)] = 0.0
-
-
-def _known(given: Any) -> Any:
-    """Take a plain number as exactly known."""
-    return {"value": given} if isinstance(given, (int, float)) else given
-
-
-Number = Annotated[Known, BeforeValidator(_known)]
+from rigid.spec.base import Flag, Known, Real, Value, Whole, uncertain
+from rigid.spec.record import RecordSpec
 
 YOUNG = 200e9  # Pa; paper, after eq. (16)
 BEAM_AREA = (0.13 + 2 * 0.06) * 0.006  # m^2; S_B = (b + 2 w) h, eq. (15), "Calibration experiments"
@@ -39,6 +16,10 @@ FRAME_SHARE = 0.03  # sd; table of uncertainties
 BEAMS = {"two-per-cylinder": 2, "two-shared": 1}
 """Beams that carry one cylinder's load: the factor 2 of eq. (15), or half of it if both cylinders
 press on the same two beams."""
+
+
+MASS_SHARE, OIL_SHARE, COLUMN_SHARE = 0.03, 0.05, 0.02
+"""Relative sds where a spec states none; docs/spec.md, table of uncertainties."""
 
 
 def _relative(value: float, share: float) -> Known:
@@ -52,14 +33,14 @@ class RigSpec(Value):
     docs/spec.md.
     """
 
-    M_HC: Number = _relative(60.0, 0.03)
-    M_Pl: Number = _relative(10.0, 0.03)
-    M_Fl: Number = _relative(200.0, 0.03)
-    S_Pl: Number = Known(value=44.2e-4)
-    k_oil: Number = _relative(2e9, 0.05)
-    L_0: Number = _relative(0.20, 0.02)
-    p_max: Number = Known(value=700e5)
-    k_frame: Number | None = None
+    M_HC: uncertain(MASS_SHARE) = _relative(60.0, MASS_SHARE)
+    M_Pl: uncertain(MASS_SHARE) = _relative(10.0, MASS_SHARE)
+    M_Fl: uncertain(MASS_SHARE) = _relative(200.0, MASS_SHARE)
+    S_Pl: uncertain(0.0) = Known(value=44.2e-4)
+    k_oil: uncertain(OIL_SHARE) = _relative(2e9, OIL_SHARE)
+    L_0: uncertain(COLUMN_SHARE) = _relative(0.20, COLUMN_SHARE)
+    p_max: uncertain(0.0) = Known(value=700e5)
+    k_frame: uncertain(FRAME_SHARE) | None = None
     frame_beams: Literal["two-per-cylinder", "two-shared"] = "two-per-cylinder"
 
     @property
@@ -78,7 +59,7 @@ class RigSpec(Value):
 
 
 class ModelSpec(Value):
-    """What acts on the rig: names of effects; what a parameter varies by; candidates to discover."""
+    """What acts on the rig: names of effects; what a parameter varies by; what may be missing."""
 
     effects: tuple[str, ...] = (
         "load-cell-spring",
@@ -89,23 +70,42 @@ class ModelSpec(Value):
     candidates: tuple[str, ...] | None = None
     vary: Mapping[str, Literal["kind", "cylinder", "record"]] = {}
 
+    @model_validator(mode="after")
+    def once(self) -> "ModelSpec":
+        """Refuse an effect that is named twice."""
+        twice = [name for name in self.effects if self.effects.count(name) > 1]
+        if twice:
+            raise ValueError(f"effects: '{twice[0]}' stands twice; name it once")
+        return self
+
 
 class LawSpec(Value):
     """A prior law by name with its arguments."""
 
     law: str
-    arguments: Mapping[str, float]
+    arguments: Mapping[str, Real]
 
     @model_validator(mode="before")
     @classmethod
     def one_law(cls, given: Any) -> Any:
         """Read `{ lognormal = { median = 6e7, factor = 2.0 } }` or `{ fixed = 700e5 }`."""
+        if isinstance(given, LawSpec) or (isinstance(given, Mapping) and "law" in given):
+            return given
         if not isinstance(given, Mapping) or len(given) != 1:
-            raise ValueError("a prior is one law, as in { lognormal = { median = 6e7, factor = 2 } }")
+            raise ValueError(
+                "a prior is one law, as in { lognormal = { median = 6e7, factor = 2 } }"
+            )
         (law, arguments), *_ = given.items()
-        if isinstance(arguments, (int, float)):
+        if not isinstance(arguments, Mapping):
             arguments = {"value": arguments}
         return {"law": law, "arguments": arguments}
+
+
+def _pair(given: Any) -> Any:
+    """Refuse what is no list of two."""
+    if not isinstance(given, (list, tuple)) or len(given) != 2:
+        raise ValueError("must be two numbers, as in [-3.3e5, 3.3e5]")
+    return given
 
 
 class SensorSpec(Value):
@@ -114,22 +114,53 @@ class SensorSpec(Value):
     `range`: least and greatest value it can show. All SI, gain_sd without unit.
     """
 
-    step: Annotated[float, Field(ge=0.0)]
-    noise: Annotated[float, Field(gt=0.0)]
-    gain_sd: Annotated[float, Field(gt=0.0)]
-    zero_sd: Annotated[float, Field(gt=0.0)]
-    range: tuple[float, float]
+    step: Annotated[Real, Field(ge=0.0)]
+    noise: Annotated[Real, Field(gt=0.0)]
+    gain_sd: Annotated[Real, Field(gt=0.0)]
+    zero_sd: Annotated[Real, Field(gt=0.0)]
+    range: Annotated[tuple[Real, Real], BeforeValidator(_pair)]
+
+    @model_validator(mode="after")
+    def ordered(self) -> "SensorSpec":
+        """Refuse a range that is empty."""
+        if not self.range[0] < self.range[1]:
+            raise ValueError("range: the first number must be below the second")
+        return self
 
 
 G = 9.80665
 PSI = 6894.757
 SHEETS: dict[str, dict[str, Any]] = {
     # Steps: paper, "Construction of the hydraulic rig". Gain, zero, noise: docs/spec.md.
-    "load": {"step": 295.0, "noise": 147.5, "gain_sd": 1e-3, "zero_sd": 100.0, "range": (-3.3e5, 3.3e5)},
-    "stroke": {"step": 2.2e-4, "noise": 5.5e-5, "gain_sd": 1e-3, "zero_sd": 1.2e-4, "range": (-0.01, 0.4)},
-    "pressure": {"step": 5 * PSI, "noise": 5 * PSI / 3, "gain_sd": 1e-3, "zero_sd": 0.25e5, "range": (-1e5, 750e5)},
-    "acceleration": {"step": 0.0, "noise": 0.35, "gain_sd": 1e-2, "zero_sd": 0.05, "range": (-200 * G, 200 * G)},
-}  # fmt: skip
+    "load": {
+        "step": 295.0,
+        "noise": 295.0 / 2,
+        "gain_sd": 1e-3,
+        "zero_sd": 100.0,
+        "range": (-3.3e5, 3.3e5),
+    },
+    "stroke": {
+        "step": 0.22e-3,
+        "noise": 0.22e-3 / 4,
+        "gain_sd": 1e-3,
+        "zero_sd": 0.12e-3,
+        "range": (-0.01, 0.4),
+    },
+    "pressure": {
+        "step": 5 * PSI,
+        "noise": 5 * PSI / 3,
+        "gain_sd": 1e-3,
+        "zero_sd": 0.25e5,
+        "range": (-1e5, 750e5),
+    },
+    "acceleration": {
+        "step": 0.0,
+        "noise": 0.35,
+        "gain_sd": 1e-2,
+        "zero_sd": 0.05,
+        "range": (-200 * G, 200 * G),
+    },
+}
 
 
 class SensorsSpec(Value):
@@ -147,7 +178,9 @@ class SensorsSpec(Value):
         if not isinstance(given, Mapping):
             return given
         return {
-            name: SHEETS[name] | sheet if name in SHEETS and isinstance(sheet, Mapping) else sheet
+            name: {**SHEETS[name], **sheet}
+            if name in SHEETS and isinstance(sheet, Mapping)
+            else sheet
             for name, sheet in given.items()
         }
 
@@ -156,78 +189,26 @@ class SensorsSpec(Value):
         return getattr(self, quantity)
 
 
-class ChannelSpec(Value):
-    """Where a channel stands in a file: `column` by name or number from 1, its `unit`.
-
-    SI value = (number * scale or factor of the unit) + offset.
-    """
-
-    column: str | int
-    unit: str
-    scale: float | None = None
-    offset: float = 0.0
-
-
-class Stretch(Value):
-    """A position of the valve until a time [s] of the record."""
-
-    until: float = math.inf
-    position: Position
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=True)
-
-
-class RecordSpec(Value):
-    """One cylinder in one measured run."""
-
-    name: Annotated[str, Field(pattern=r"^[^\[\],/]+$")]
-    kind: Kind
-    cylinder: Annotated[str, Field(pattern=r"^[^\[\],/]+$")] = "A"
-    file: Path
-    channels: Mapping[Quantity, ChannelSpec]
-    valve: tuple[Stretch, ...] = ()
-    preload: Number | None = None
-    release_time: Number | None = None
-    fit: bool = True
-    accept: tuple[str, ...] = ()
-    rows: tuple[int, int] | None = None
-
-    @model_validator(mode="before")
-    @classmethod
-    def defaults(cls, given: Any) -> Any:
-        """Fill what depends on the kind: the valve's programme and whether to fit."""
-        if not isinstance(given, Mapping):
-            return given
-        release = given.get("kind") == "release"
-        valve = ({"position": "shut" if release else "open"},)
-        return {"valve": valve, "fit": given.get("kind") != "field"} | dict(given)
-
-    @model_validator(mode="after")
-    def consistent(self) -> "RecordSpec":
-        """Refuse a record without a time, a release without preload, a valve that goes back."""
-        if "time" not in self.channels:
-            raise ValueError("channels needs an entry 'time'")
-        if len(self.channels) < 2:
-            raise ValueError("channels names no quantity beside time")
-        if self.kind == "release" and self.preload is None:
-            raise ValueError("a release needs its preload, as in { value = 6000.0, sd = 60.0 } (N)")
-        times = [s.until for s in self.valve]
-        if any(b <= a for a, b in zip(times, times[1:], strict=False)):
-            raise ValueError("valve: each `until` must lie after the one before")
-        return self
-
-
 class SamplerSpec(Value):
     """How long and how wide to sample; `walkers` 0 chooses by the number of parameters."""
 
-    seed: int = 1
-    ensembles: Annotated[int, Field(ge=2)] = 4
-    walkers: Annotated[int, Field(ge=0)] = 0
-    starts: Annotated[int, Field(ge=1)] = 16
-    r_hat: Annotated[float, Field(gt=1.0)] = 1.01
-    ess: Annotated[float, Field(gt=0.0)] = 1000.0
-    max_steps: Annotated[int, Field(ge=100)] = 20000
-    block: Annotated[int, Field(ge=10)] = 100
+    seed: Annotated[Whole, Field(ge=0)] = 1
+    ensembles: Annotated[Whole, Field(ge=2)] = 4
+    walkers: Annotated[Whole, Field(ge=0, multiple_of=2)] = 0
+    starts: Annotated[Whole, Field(ge=1)] = 16
+    r_hat: Annotated[Real, Field(gt=1.0)] = 1.01
+    ess: Annotated[Real, Field(gt=0.0)] = 1000.0
+    max_steps: Annotated[Whole, Field(ge=100)] = 20000
+    block: Annotated[Whole, Field(ge=10)] = 100
+
+    @model_validator(mode="after")
+    def two_blocks(self) -> "SamplerSpec":
+        """Refuse a chain of a single block: the first one is warm-up."""
+        if self.max_steps < 2 * self.block:
+            raise ValueError(
+                f"max_steps is {self.max_steps}; it must be at least two blocks, {2 * self.block}"
+            )
+        return self
 
 
 class BandsSpec(Value):
@@ -240,7 +221,7 @@ class SpecBody(Value):
     """The spec as its file has it."""
 
     title: str = ""
-    simulated: bool = False
+    simulated: Flag = False
     rig: RigSpec = RigSpec()
     model: ModelSpec = ModelSpec()
     priors: Mapping[str, LawSpec] = {}
@@ -248,6 +229,25 @@ class SpecBody(Value):
     records: tuple[RecordSpec, ...] = ()
     bands: BandsSpec | None = None
     sampler: SamplerSpec = SamplerSpec()
+
+    @model_validator(mode="after")
+    def told_apart(self) -> "SpecBody":
+        """Refuse a record that stands twice, and one name for runs of two kinds."""
+        seen: set[tuple[str, str]] = set()
+        kinds: dict[str, str] = {}
+        for r in self.records:
+            if (r.name, r.cylinder) in seen:
+                raise ValueError(
+                    f"records: '{r.name}' on cylinder {r.cylinder} stands twice; "
+                    "give one of them another name"
+                )
+            seen.add((r.name, r.cylinder))
+            if kinds.setdefault(r.name, r.kind) != r.kind:
+                raise ValueError(
+                    f"records: '{r.name}' is a {kinds[r.name]} on one cylinder and a {r.kind} on "
+                    "another; one name is one run, give one of them another name"
+                )
+        return self
 
 
 class Spec(SpecBody):

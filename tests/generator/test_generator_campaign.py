@@ -230,17 +230,17 @@ def test_noise_can_be_coloured():
 
 def test_coloured_campaign_changes_the_slow_records_alone(made, tmp_path):
     out, _ = made
-    truth = campaign(7, tmp_path, field=False, noise_correlation=0.5)
+    truth = campaign(7, tmp_path, field=False, conditions=Conditions(noise_correlation=0.5))
     assert truth.noise_correlation == 0.5
     assert (out / "frame-1.dat").read_bytes() != (tmp_path / "frame-1.dat").read_bytes()
     assert (out / "release-1.csv").read_bytes() == (tmp_path / "release-1.csv").read_bytes()
     with pytest.raises(ValueError, match="has to lie in"):
-        campaign(7, tmp_path, noise_correlation=1.0)
+        campaign(7, tmp_path, conditions=Conditions(noise_correlation=1.0))
 
 
 def test_hidden_pieces_are_named_in_the_truth_alone(made, tmp_path):
     out, _ = made
-    truth = campaign(7, tmp_path, field=False, hidden=(Piece(),))
+    truth = campaign(7, tmp_path, field=False, conditions=Conditions(hidden=(Piece(),)))
     assert truth.hidden == ("Piece",)
     assert (out / "frame-1.dat").read_bytes() == (tmp_path / "frame-1.dat").read_bytes()
     assert "Piece" not in (tmp_path / "calibration.toml").read_text()

@@ -30,8 +30,9 @@ class Bench:
 
     def spec(self, file: str, **more) -> RecordSpec:
         channels = more.pop("channels", None) or self.channels("time", "load", "stroke", "pressure")
-        valve = more.pop("valve", (Stretch(position="open"),))
         given = {"name": "r", "kind": "frame", "cylinder": "A", "fit": True} | more
+        position = "shut" if given["kind"] == "release" else "open"
+        valve = given.pop("valve", (Stretch(position=position),))
         return RecordSpec(file=self.folder / file, channels=channels, valve=valve, **given)
 
     def channels(self, *quantities: str) -> dict[str, ChannelSpec]:

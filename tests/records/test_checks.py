@@ -149,11 +149,6 @@ def test_all_defects_are_told_at_once(bench):
     assert [line.rsplit('"', 2)[1] for line in message.splitlines()] == ["gap", "nan", "saturated"]
 
 
-def test_an_unknown_name_in_accept(bench):
-    message = bench.refusal(bench.read, bench.good(), accept=("gaps",))
-    assert "'gaps', which is no defect; known: time-not-increasing, gap" in message
-
-
 # What must not be refused
 
 

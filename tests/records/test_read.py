@@ -25,14 +25,21 @@ def test_values_are_si_and_read_only(bench):
 
 def test_what_the_spec_says_is_carried(bench):
     valve = (Stretch(until=2.0, position="shut"), Stretch(position="tank"))
-    preload, release = Known(value=6000.0, sd=60.0), Known(value=0.1, sd=0.01)
-    record = bench.read(bench.good(), valve=valve, preload=preload, release_time=release)
+    record = bench.read(bench.good(), valve=valve)
     assert (record.name, record.kind, record.cylinder) == ("r", "frame", "A")
-    assert (record.valve, record.preload, record.release_time) == (valve, preload, release)
+    assert (record.valve, record.preload, record.release_time) == (valve, None, None)
     assert record.path == bench.folder / "r.csv"
     assert record.sha256 == hashlib.sha256(record.path.read_bytes()).hexdigest()
     load = record.channels["load"]
     assert (load.quantity, load.column, load.unit) == ("load", "load", "kN")
+
+
+def test_what_the_spec_says_of_a_release_is_carried(bench):
+    preload, release = Known(value=6000.0, sd=60.0), Known(value=0.1, sd=0.01)
+    count = np.arange(100)
+    columns = {"time": count * 0.001, "acceleration": np.sin(count)}
+    record = bench.read(columns, kind="release", preload=preload, release_time=release)
+    assert (record.preload, record.release_time) == (preload, release)
 
 
 def test_offset_and_counts(bench):
@@ -125,6 +132,15 @@ def test_records_of_a_spec(bench, monkeypatch):
     found = read_records(made(bench, records))
     assert [(r.name, r.cylinder) for r in found] == [("one", "A"), ("one", "B")]
     assert reads == [bench.folder / "r.csv"]
+
+
+def test_records_of_some_kinds(bench):
+    bench.write("r.csv", bench.good())
+    records = (
+        bench.spec("missing.csv", name="frame"),
+        bench.spec("r.csv", name="out", kind="field", fit=False),
+    )
+    assert [r.name for r in read_records(made(bench, records), kinds=("field",))] == ["out"]
 
 
 def test_problems_of_all_files_come_together(bench):

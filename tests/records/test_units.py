@@ -1,7 +1,7 @@
 import pytest
 
 from rigid.errors import InputError
-from rigid.records.units import UNITS, to_si
+from rigid.records.units import UNITS, contradiction, in_name, known, to_si
 
 PER_UNIT = [
     ("time", "min", 60.0),
@@ -44,6 +44,24 @@ def test_refusals(case):
         to_si(quantity, unit, scale, "here")
     for words in says:
         assert words in str(caught.value)
+
+
+def test_units_in_a_file():
+    assert [known(text) for text in ("kN", " [mm] ", "(sec)", "m/s\u00b2", "\u00b5s")] == [
+        *("kN", "mm", "s", "m/s^2", "us")
+    ]
+    assert [known(text) for text in ("", "degC", "KN", "timestamp", "counts")] == [""] * 5
+    assert [in_name(name) for name in ("time [s]", "Load (kN)", "Hum(3)", "N", "a [s] b")] == [
+        *("s", "kN", "", "", "")
+    ]
+
+
+def test_contradictions():
+    assert "the file gives the unit 'kN', the spec 'N'" in contradiction("kN", "N")
+    assert "the file gives the unit 'mm', the spec 'kN'" in contradiction("mm", "kN")
+    for stated, unit in [("kN", "kN"), ("m/s2", "m/s^2"), ("", "N"), ("kN", "counts")]:
+        assert contradiction(stated, unit) == ""
+    assert contradiction("s", "timestamp") == ""
 
 
 def test_every_unit_is_positive():

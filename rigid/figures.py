@@ -1,0 +1,141 @@
+"""From a calibration to what the figures of its page show."""
+
+import numpy as np
+
+from rigid.calibrate import Calibrated
+from rigid.characteristic import PUBLISHED_RIG, TwoMassRig, dimensionless, roots
+from rigid.friction import FREQUENCIES
+from rigid.outcome import LEVELS, Channel, frictions, values_of
+from rigid.plots import shown
+from rigid.published import BY_LABEL, FRICTION
+
+EXCITED = (("steady running", 0.01, 0.05), ("quick release", 60.0, 260.0))
+"""Hz; where the records move the rig: at rest or steadily, and at its own frequencies."""
+
+NARROWER = 0.7
+"""A stretch of mu(omega) counts as informed where the 90 % band of log |mu| is below this part of
+the prior's."""
+
+ROOT_DRAWS = 200
+
+ROOT_STEPS = 3000
+
+MOST_MU = 1.5e5
+"""N s/m; epsilon = 2.15, as far as Fig. 4 goes."""
+
+PRIOR_DRAWS = 4000
+
+CORNER_DRAWS = 4000
+
+RANK_BINS = 20
+
+
+def channel_fit(done: Calibrated, c: Channel) -> shown.ChannelFit:
+    """One channel for the figures."""
+    read = np.isfinite(c.data)
+    record = next(r for r in done.records if (r.name, r.cylinder) == (c.record, c.cylinder))
+    begins = [float(c.time[0]), *(s.until for s in record.valve[:-1])]
+    unit = {"load": "N", "stroke": "m", "pressure": "Pa", "acceleration": "m/s^2"}[c.quantity]
+    return shown.ChannelFit(
+        record=c.record, cylinder=c.cylinder, kind=c.kind, quantity=c.quantity, unit=unit,
+        time=c.time[read], data=c.data[read], quantiles=c.quantiles[:, read],
+        residual=c.residual[read],
+        valve=tuple((t, s.position) for t, s in zip(begins, record.valve, strict=True)),
+        gap=c.gap, correlation_time=c.correlation_time,
+    )  # fmt: skip
+
+
+def friction_curve(done: Calibrated) -> shown.FrictionCurve:
+    """mu(omega) with its bands beside the prior's."""
+    curve = next(iter(done.frictions.values()))
+    rng = np.random.default_rng([done.seed, 4])
+    prior_z = rng.standard_normal((PRIOR_DRAWS, done.problem.parameters.size))
+    prior = next(iter(frictions(done.problem, values_of(done.problem, prior_z)).values()))
+    quantiles = {
+        name: np.percentile(series, LEVELS, axis=0)
+        for name, series in (
+            ("dissipative", curve.dissipative),
+            ("storage", curve.storage),
+            ("magnitude", curve.magnitude),
+            ("prior_magnitude", prior.magnitude),
+        )
+    }
+    tiny = 1e-300
+    width = np.log((quantiles["magnitude"][4] + tiny) / (quantiles["magnitude"][0] + tiny))
+    before = quantiles["prior_magnitude"]
+    informed = width < NARROWER * np.log((before[4] + tiny) / (before[0] + tiny))
+    published = tuple((f, p.value, p.place) for f, p in FRICTION)
+    return shown.FrictionCurve(
+        frequency=FREQUENCIES, **quantiles, informed=informed, excited=EXCITED,
+        published=published,
+    )  # fmt: skip
+
+
+def corner(done: Calibrated) -> shown.Draws:
+    """Draws of the rig's own parameters for the corner figure."""
+    local = ("kappa", "kappa_tank", "noise", "preload", "release_time", "M_Pl", "k_frame")
+    chosen = [p for p in done.problem.parameters.sampled if p.base not in local][:9]
+    flat = np.stack([done.values[p.label].ravel() for p in chosen])
+    every = max(1, flat.shape[1] // CORNER_DRAWS)
+    marks = tuple(BY_LABEL[p.base][0].value if p.base in BY_LABEL else None for p in chosen)
+    symbols = tuple(
+        p.symbol if not p.label.endswith("]") else p.symbol.replace("_i", "_" + p.label[-2])
+        for p in chosen
+    )
+    return shown.Draws(symbols, tuple(p.unit for p in chosen), flat[:, ::every], marks)
+
+
+def traces(done: Calibrated) -> tuple[shown.Trace, ...]:
+    """Ensemble means over steps and rank histograms of a few parameters."""
+    out, z = [], done.draws.z
+    ensembles, steps = z.shape[:2]
+    chosen = [
+        i
+        for i, p in enumerate(done.problem.parameters.sampled)
+        if p.base in ("k_LC", "mu", "k_oil", "mu_branch", "tau_branch")
+    ][:6]
+    for i in chosen:
+        p = done.problem.parameters.sampled[i]
+        means = np.asarray(p.law.from_standard(z[..., i])).mean(axis=2)
+        rank = z[..., i].ravel().argsort().argsort().reshape(ensembles, -1)
+        edges = np.linspace(0, rank.size, RANK_BINS + 1)
+        ranks = np.stack([np.histogram(r, edges)[0] for r in rank])
+        symbol = p.symbol.replace("_i", "_" + p.label[-2]) if p.label.endswith("]") else p.symbol
+        out.append(shown.Trace(
+            symbol, p.unit, done.draws.warmup + np.arange(steps), means, done.draws.warmup, ranks
+        ))  # fmt: skip
+    return tuple(out)
+
+
+def roots_shown(done: Calibrated) -> shown.Roots:
+    """Roots of eq. (14) as Fig. 4 has them, with those of the posterior at the release's mu."""
+    paths = np.stack(
+        [_roots(PUBLISHED_RIG, float(mu)) for mu in np.linspace(0.0, MOST_MU, ROOT_STEPS)], 1
+    )
+    at = int(np.argmin(np.abs(FREQUENCIES - 80.0)))
+    mu = list(done.frictions.values())[-1].dissipative[:, at]
+    every = max(1, len(mu) // ROOT_DRAWS)
+    v = {label.split("[")[0]: s.ravel()[::every] for label, s in done.values.items()}
+    rigs = [
+        TwoMassRig(
+            float(v["M_HC"][i] - v["M_Pl"][i]),
+            float(v["M_Pl"][i] + v["M_Fl"][i] / 2),
+            float(v["k_oil"][i] * v["S_Pl"][i] / v["L_0"][i]),
+            float(v["k_LC"][i]),
+        )
+        for i in range(len(v["k_LC"]))
+    ]
+    cloud = [_roots(rig, float(m)) for rig, m in zip(rigs, mu[::every], strict=True)]
+    marks = tuple((f"{p.value:.3g} N s/m", _roots(PUBLISHED_RIG, p.value)) for _, p in FRICTION)
+    return shown.Roots(
+        paths,
+        (0.0, float(dimensionless(PUBLISHED_RIG, MOST_MU).epsilon)),
+        _roots(PUBLISHED_RIG, 0.0),
+        marks,
+        ("posterior, Re mu at 80 Hz", np.concatenate(cloud)),
+    )
+
+
+def _roots(rig: TwoMassRig, mu: float) -> np.ndarray:
+    scaled = dimensionless(rig, mu)
+    return roots(scaled.epsilon, scaled.a1, scaled.a2)

@@ -1,0 +1,60 @@
+"""What all parts of a spec are made of: frozen values and strict numbers."""
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
+
+Real = Annotated[float, Field(strict=True)]
+"""A number; neither a text that looks like one nor true or false."""
+Whole = Annotated[int, Field(strict=True)]
+Flag = Annotated[bool, Field(strict=True)]
+
+
+class Value(BaseModel):
+    """Base of all parts of a spec: immutable, unknown keys refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Known(Value):
+    """A number with its uncertainty (1 sd), in SI; an sd of 0 is exact."""
+
+    value: Real
+    sd: Annotated[Real, Field(ge=0.0)] = 0.0
+
+
+def is_number(given: Any) -> bool:
+    """Whether TOML gave a number; true and false are none, though Python counts them in."""
+    return isinstance(given, (int, float)) and not isinstance(given, bool)
+
+
+def _known(given: Any, share: float = 0.0) -> Any:
+    """Take a number whose sd is not stated as uncertain by a `share` of it."""
+    if is_number(given):
+        given = {"value": given}
+    if isinstance(given, Mapping) and "sd" not in given and is_number(given.get("value")):
+        return {**given, "sd": share * abs(given["value"])}
+    if not isinstance(given, (Mapping, Known)):
+        raise ValueError(
+            f"must be a number, or one with its sd, {{ value = ..., sd = ... }}; found {given!r}"
+        )
+    return given
+
+
+def _positive(known: Known) -> Known:
+    if known.value <= 0.0:
+        raise ValueError(f"must be above 0; found {known.value:g}")
+    return known
+
+
+def uncertain(share: float) -> Any:
+    """Type of a positive number whose sd is `share` of it where a spec states none."""
+    return Annotated[
+        Known, BeforeValidator(partial(_known, share=share)), AfterValidator(_positive)
+    ]
+
+
+Number = Annotated[Known, BeforeValidator(_known)]
+"""A number that is exact where a spec states no sd."""

@@ -1,0 +1,173 @@
+"""Laws that every member of the catalogue keeps, whatever it is."""
+
+from collections.abc import Callable
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from rigs import BASE, NOMINAL, prior_draws, rig_of
+
+from rigid.effects import CATALOGUE, AbstractEffect
+from rigid.effects.base import EQUATIONS
+from rigid.priors import LAWS
+from rigid.rig import CORE_SCALES, Surroundings
+
+FRICTIONLESS = tuple(name for name in BASE if name != "viscous-friction")
+OUTSIDE = Surroundings(1e7, -3e4, 0.4)
+STATES = np.random.default_rng(5).standard_normal((6, len(CORE_SCALES))) * CORE_SCALES
+# Energy in the effect's own states, so that what it gives back later is not taken for a source.
+STORED: dict[str, Callable] = {
+    "frequency-dependent-friction": lambda effect, own: sum(
+        force**2 * effect.branch_time[i] / (2 * effect.branch_friction[i])
+        for i, force in enumerate(own)
+    )
+}
+
+
+def with_it(name: str) -> tuple[str, ...]:
+    return (*[n for n in FRICTIONLESS if n != name], name)
+
+
+def without(name: str) -> tuple[str, ...]:
+    return tuple(n for n in FRICTIONLESS if n != name)
+
+
+def flat_states(effect: type[AbstractEffect], own: float = 1.0) -> list[jnp.ndarray]:
+    """States of a rig in which the effect is the last."""
+    rng = np.random.default_rng(6)
+    scales = np.array(effect.scales)
+    return [
+        jnp.asarray(np.concatenate([s, own * rng.standard_normal(len(scales)) * scales]))
+        for s in STATES
+    ]
+
+
+def rates(values, names, flat) -> jnp.ndarray:
+    return jnp.stack(rig_of(values, names).motion(flat, OUTSIDE).rates)
+
+
+def changes_nothing_where_absent(effect: type[AbstractEffect]):
+    absent = {
+        label: info.absent
+        for info in effect.parameters()
+        for label in info.labels
+        if info.absent is not None
+    }
+    if not absent:
+        assert not effect.scales  # a spring, the oil, the pump: there is no rig without them
+        return
+    for flat in flat_states(effect, own=0.0):
+        n = len(CORE_SCALES)
+        got = rates(NOMINAL | absent, with_it(effect.name), flat)
+        np.testing.assert_array_equal(got[:n], rates(NOMINAL, without(effect.name), flat[:n]))
+        np.testing.assert_array_equal(got[n:], 0.0)
+
+
+def is_finite_and_differentiable_over_its_prior(effect: type[AbstractEffect]):
+    names = with_it(effect.name)
+    labels = [label for info in effect.parameters() for label in info.labels]
+
+    def scaled(logs, values, flat):
+        new = values | {k: values[k] * jnp.exp(logs[i]) for i, k in enumerate(labels)}
+        return rates(new, names, flat)
+
+    for values in prior_draws(names, 5, 7):
+        for flat in flat_states(effect)[:2]:
+            by_state = jax.jacfwd(lambda y, v=values: rates(v, names, y))(flat)
+            by_values = jax.jacrev(scaled)(jnp.zeros(len(labels)), values, flat)
+            assert np.all(np.isfinite(rates(values, names, flat)))
+            assert np.all(np.isfinite(by_state))
+            assert np.all(np.isfinite(by_values))
+            # Some part of the motion depends on each of its numbers (a switch at 700 bar may
+            # saturate in double precision, so the pump is looked at near its switch).
+            near = flat.at[4].set(values["p_max"])
+            assert np.all(np.any(jax.jacrev(scaled)(jnp.zeros(len(labels)), values, near), axis=0))
+
+
+def adds_no_energy_by_friction(effect: type[AbstractEffect]):
+    omega = jnp.logspace(-3, 5, 50)
+    for values in prior_draws(with_it(effect.name), 5, 8):
+        made = effect.build(values)
+        assert np.all(np.real(made.friction(omega)) >= 0.0)
+        if not np.any(made.friction(omega)):
+            continue
+        rig = rig_of(values, with_it(effect.name))
+        for flat in flat_states(effect):
+            state, own = rig.state(flat), tuple(flat[len(CORE_SCALES) :])
+            action = made(state, own)
+            stored = STORED.get(effect.name, lambda *_: 0.0)
+            growth = jax.jvp(partial(stored, made), (own,), (action.rates,))[1]
+            power = action.between * state.slip + growth
+            assert power <= 1e-12 * abs(action.between * state.slip)
+
+
+def pushes_the_bodies_equally_and_oppositely(effect: type[AbstractEffect]):
+    for values in prior_draws(with_it(effect.name), 3, 9):
+        rig = rig_of(values, with_it(effect.name))
+        for flat in flat_states(effect):
+            moved = rig.motion(flat, OUTSIDE)
+            acted = rig.actions(flat, rig.state(flat))[-1]
+            inner = rig.cylinder_mass * moved.rates[1] + rig.plunger_mass * moved.rates[3]
+            outer = moved.load + OUTSIDE.force - OUTSIDE.contact_stiffness * flat[2]
+            outer = outer + acted.on_plunger
+            size = abs(rig.cylinder_mass * moved.rates[1]) + abs(moved.load) + abs(acted.between)
+            # Differences of forces of this size, a few roundings each.
+            assert inner == pytest.approx(outer, abs=20 * np.finfo(float).eps * float(size))
+
+
+def has_tangents_that_are_differences(effect: type[AbstractEffect]):
+    names = with_it(effect.name)
+    scales = jnp.asarray(CORE_SCALES + effect.scales)
+    for values in prior_draws(names, 2, 10):
+        flat = flat_states(effect)[0]
+        for i in range(len(scales)):
+            along = jnp.zeros_like(flat).at[i].set(scales[i])
+
+            def at(step, along=along, flat=flat, values=values):
+                return rates(values, names, flat + step * along)
+
+            tangent = jax.jvp(at, (0.0,), (1.0,))[1]
+            h = 1e-5
+            difference = (at(h) - at(-h)) / (2 * h)
+            # Truncation h^2 of functions of order 1 and rounding eps/h of the rates.
+            size = jnp.abs(tangent) + jnp.abs(at(0.0)) * 1e-2
+            np.testing.assert_allclose(difference / size, tangent / size, atol=1e-6)
+
+
+def is_described(effect: type[AbstractEffect]):
+    assert CATALOGUE[effect.name] is effect
+    assert effect.equation in EQUATIONS
+    assert effect.source
+    assert effect.__doc__
+    assert effect.parameters()
+    for info in effect.parameters():
+        assert info.symbol
+        assert info.unit
+        assert info.priors
+        assert all(prior.law in LAWS for prior in info.priors)
+        assert set(info.labels) <= set(NOMINAL)
+
+
+LAW_TABLE = (
+    changes_nothing_where_absent,
+    is_finite_and_differentiable_over_its_prior,
+    adds_no_energy_by_friction,
+    pushes_the_bodies_equally_and_oppositely,
+    has_tangents_that_are_differences,
+    is_described,
+)
+
+
+@pytest.mark.parametrize("law", LAW_TABLE, ids=lambda law: law.__name__)
+@pytest.mark.parametrize("name", CATALOGUE)
+def test_effect(name: str, law: Callable):
+    law(CATALOGUE[name])
+
+
+@pytest.mark.parametrize("pressure", [0.0, 136e5, 700e5, 750e5])
+def test_pump_is_equation_22_in_bar_and_litres(pressure: float):
+    flow = rig_of(NOMINAL).effects[3](rig_of(NOMINAL).state(jnp.array([0, 0, 0, 0, pressure])), ())
+    litres = 6.645 - 4.965 * np.tanh(0.05 * (pressure / 1e5 - 700.0))
+    assert float(flow.inflow) * 60e3 == pytest.approx(litres, rel=1e-12)

@@ -1,0 +1,158 @@
+"""Log-likelihood of small problems: sums, weights, gradient, one program for all values."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from rigs import SHEETS, frame_problem, release_problem
+
+from rigid.groups import SlowGroup
+from rigid.likelihood import BLOCK, Piece, fitted
+from rigid.noise import marginal, quadratic, sample_law
+from rigid.problem import log_density, log_posterior
+
+
+@pytest.fixture(scope="module")
+def frame():
+    return frame_problem()
+
+
+@pytest.fixture(scope="module")
+def release():
+    return release_problem({"k_LC": 6e7, "mu": 2e4})
+
+
+def made_pieces(rng, samples: int, parts: tuple[int, ...]) -> tuple[tuple[Piece, ...], list]:
+    """Load of one sensor, cut into several records; predictions of three walkers."""
+    sheet = SHEETS["load"]
+    true = np.linspace(0, 2e5, samples)[:, None] * np.array([1.0, 1.001, 0.98])
+    noisy = true[:, 0] * 1.0008 + 60.0 + sheet.noise * rng.standard_normal(samples)
+    data = np.round(noisy / sheet.step) * sheet.step
+    pieces, predictions, at = [], [], 0
+    for number, n in enumerate(parts):
+        here = slice(at, at + n)
+        pieces.append(Piece(number, "load", sheet, (0,), ("A",), data[here, None], np.ones((n, 1))))
+        predictions.append({"load": jnp.asarray(true[here, None])})
+        at += n
+    return tuple(pieces), predictions
+
+
+VALUES = {"noise[load,A]": jnp.asarray([140.0, 147.5, 160.0])}
+
+
+def test_a_sensor_is_the_same_in_every_record():
+    """Cut into records or not, the samples of a sensor have one gain and one zero."""
+    n = 3 * BLOCK + 17
+    whole = fitted(*made_pieces(np.random.default_rng(51), n, (n,)), VALUES)
+    parts = fitted(*made_pieces(np.random.default_rng(51), n, (50, BLOCK, n - 50 - BLOCK)), VALUES)
+    np.testing.assert_allclose(parts.value, whole.value, rtol=1e-11)
+    np.testing.assert_allclose(parts.sensors["load,A"].best.gain, whole.sensors["load,A"].best.gain)
+    assert set(parts.tracks) == {(0, 0), (1, 0), (2, 0)}
+    np.testing.assert_allclose(sum(parts.tracks.values()), whole.tracks[0, 0], rtol=1e-11)
+    assert np.all(np.abs(np.asarray(whole.sensors["load,A"].best.gain)[:1] - 0.0008) < 3e-4)
+
+
+def test_samples_without_weight_do_not_count():
+    n = 200
+    pieces, predictions = made_pieces(np.random.default_rng(52), n, (n,))
+    weight = np.ones((n, 1))
+    weight[37:61] = 0.0
+    spoilt = np.where(weight > 0, pieces[0].data, 1e9)
+    one = eqx.tree_at(lambda p: (p.data, p.weight), pieces[0], (jnp.asarray(spoilt), weight))
+    got = fitted((one,), predictions, VALUES)
+    kept = weight[:, 0] > 0
+    sheet = SHEETS["load"]
+    less = Piece(0, "load", sheet, (0,), ("A",), spoilt[kept], np.ones((kept.sum(), 1)))
+    expected = fitted((less,), [{"load": predictions[0]["load"][kept]}], VALUES)
+    np.testing.assert_allclose(got.value, expected.value, rtol=1e-11)
+
+
+def test_value_is_the_sum_over_samples():
+    n = 2 * BLOCK + 5
+    pieces, predictions = made_pieces(np.random.default_rng(53), n, (n,))
+    got = fitted(pieces, predictions, VALUES)
+    sheet, best = SHEETS["load"], got.sensors["load,A"].best
+    law = sample_law(VALUES["noise[load,A]"], sheet.step, sheet.noise)
+    column = pieces[0].data
+    again = quadratic(
+        law, best.gain, best.zero, column, jnp.ones((n, 1)), predictions[0]["load"][:, 0]
+    )
+    # Expanded around its own maximum it is the same integral, but for Newton's last step.
+    np.testing.assert_allclose(got.value, marginal(again, best, sheet.spread).value, atol=1e-4)
+
+
+def test_halves_of_the_weight_count_half():
+    n = 100
+    pieces, predictions = made_pieces(np.random.default_rng(54), n, (n,))
+    half = eqx.tree_at(lambda p: p.weight, pieces[0], 0.5 * pieces[0].weight)
+    full, tempered = (fitted((p,), predictions, VALUES).sensors["load,A"] for p in (*pieces, half))
+    ratio = np.asarray(tempered.var_zero / full.var_zero)
+    assert np.all(ratio > 1.0)
+    assert np.all(ratio < 2.0)  # the prior's share does not change
+
+
+@pytest.mark.parametrize("which", ["frame", "release"])
+def test_reverse_gradient_is_that_of_differences(which: str, request):
+    problem = request.getfixturevalue(which)
+    size = problem.parameters.size
+    z = 0.2 * np.random.default_rng(55).standard_normal(size)
+
+    @eqx.filter_jit
+    def gradient(problem, z):
+        return jax.grad(lambda z: problem.log_posterior(z[None])[0])(z)
+
+    got = np.asarray(gradient(problem, jnp.asarray(z)))
+    assert np.all(np.isfinite(got))
+    h = 1e-5
+    steps = np.concatenate([z + h * np.eye(size), z - h * np.eye(size)])
+    value = np.asarray(log_posterior(problem, jnp.asarray(steps)))
+    difference = (value[:size] - value[size:]) / (2 * h)
+    # Rounding 1e-16 of values of 1e5 to 1e7 over h, truncation h^2 of third derivatives.
+    rounding = 1e-13 * np.abs(value).max() / h
+    np.testing.assert_allclose(got, difference, rtol=1e-5, atol=rounding + 1e-3)
+
+
+def test_one_program_serves_all_values_and_all_data_of_a_shape(frame):
+    compiled = []
+
+    @eqx.filter_jit
+    def counted(problem, z):
+        compiled.append(1)  # runs when the program is traced, and only then
+        return problem.log_posterior(z)
+
+    size = frame.parameters.size
+    other = frame_problem(seed=1)
+    third = other.with_weights({(p.group, p.quantity): 0.5 * p.weight for p in other.pieces})
+    values = [
+        counted(problem, jnp.full((2, size), shift))
+        for problem in (frame, other, third)
+        for shift in (0.0, 0.1, -0.3)
+    ]
+    assert len(compiled) == 1
+    assert len({float(v[0]) for v in values}) == len(values)
+
+
+def test_log_density_takes_any_number_of_rows_with_one_program(frame, monkeypatch):
+    shapes = []
+
+    def seen(problem, z):
+        shapes.append(z.shape)
+        return -0.5 * (z * z).sum(axis=1)
+
+    monkeypatch.setattr("rigid.problem.log_posterior", seen)
+    z = np.random.default_rng(56).standard_normal((75, frame.parameters.size))
+    np.testing.assert_allclose(log_density(frame, z), -0.5 * (z * z).sum(axis=1))
+    assert len(set(shapes)) == 1
+
+
+def test_where_the_model_fails_the_density_is_zero(frame):
+    z = jnp.zeros((2, frame.parameters.size)).at[1, 0].set(jnp.nan)
+    value = log_posterior(frame, z)
+    assert np.isfinite(value[0])
+    assert value[1] == -np.inf
+
+
+def test_sensors_are_listed_once(frame, release):
+    assert frame.sensors == tuple(f"{q},A" for q in SlowGroup.quantities)
+    assert release.sensors == ("acceleration,A",)
