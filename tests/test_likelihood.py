@@ -59,7 +59,9 @@ def test_samples_without_weight_do_not_count():
     weight = np.ones((n, 1))
     weight[37:61] = 0.0
     spoilt = np.where(weight > 0, pieces[0].data, 1e9)
-    one = eqx.tree_at(lambda p: (p.data, p.weight), pieces[0], (jnp.asarray(spoilt), weight))
+    one = eqx.tree_at(
+        lambda p: (p.data, p.weight), pieces[0], (jnp.asarray(spoilt), jnp.asarray(weight))
+    )
     got = fitted((one,), predictions, VALUES)
     kept = weight[:, 0] > 0
     sheet = SHEETS["load"]
@@ -123,7 +125,9 @@ def test_one_program_serves_all_values_and_all_data_of_a_shape(frame):
 
     size = frame.parameters.size
     other = frame_problem(seed=1)
-    third = other.with_weights({(p.group, p.quantity): 0.5 * p.weight for p in other.pieces})
+    third = other.with_weights(
+        {(p.group, p.quantity): 0.5 * np.asarray(p.weight) for p in other.pieces}
+    )
     values = [
         counted(problem, jnp.full((2, size), shift))
         for problem in (frame, other, third)

@@ -136,7 +136,7 @@ def test_what_a_record_leaves_out(write, kind, position, fit):
 def test_what_a_release_leaves_out(write):
     (record,) = load_spec(write(RELEASE + "preload = 6000")).records
     assert [(s.until, s.position) for s in record.valve] == [(math.inf, "shut")]
-    assert record.preload == Known(value=6000.0)
+    assert record.preload == Known(value=6000.0, sd=60.0)
 
 
 # What is stated
@@ -208,12 +208,11 @@ def test_every_key_arrives(write, tmp_path):
     spec = load_spec(path)
     assert (spec.title, spec.simulated, spec.path, spec.text) == ("Another rig", True, path, FULL)
     rig = spec.rig
-    assert (rig.M_HC, rig.M_Pl, rig.L_0) == (
-        Known(value=61.0, sd=1.0),
-        Known(value=11.0),
-        Known(value=0.3),
-    )
-    assert (rig.S_Pl.sd, rig.p_max.value, rig.M_Fl.sd) == (1e-5, 650e5, 0.0)
+    assert Known(value=61.0, sd=1.0) == rig.M_HC
+    for known, value, share in ((rig.M_Pl, 11.0, 0.03), (rig.L_0, 0.3, 0.02)):
+        assert known.value == value
+        assert known.sd == pytest.approx(share * value)
+    assert (rig.S_Pl.sd, rig.p_max.value) == (1e-5, 650e5)
     assert rig.frame_stiffness == Known(value=2e8, sd=1e7)
     assert dict(spec.model.vary) == {"mu": "kind", "k_LC": "cylinder"}
     assert spec.model.candidates == ("coulomb-friction", "mine:Effect")

@@ -5,8 +5,16 @@ the friction, another integrator, the equations written down a second time. What
 the two is then not a shared mistake.
 """
 
-from rigid.generator.campaign import campaign
+from rigid.generator.campaign import Conditions, campaign
 from rigid.generator.draw import Truth, draw
 from rigid.generator.plant import Action, Motion, Piece
 
-__all__ = ["Action", "Motion", "Piece", "Truth", "campaign", "draw"]
+__all__ = [
+    "Action",
+    "Conditions",
+    "Motion",
+    "Piece",
+    "Truth",
+    "campaign",
+    "draw",
+]

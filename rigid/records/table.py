@@ -50,7 +50,6 @@ def build(
     body: list[tuple[str, ...]],
     lines: list[int],
     comma: bool = False,
-    notes: tuple[str, ...] = (),
     units: Sequence[str] = (),
 ) -> Table:
     """Return the table of the rows `body`, cells still text.
@@ -79,9 +78,8 @@ def build(
         except NotNumbersError as error:
             columns[name] = np.full(len(body), np.nan)
             refused[name] = f"line {lines[error.position]} holds {error.text!r}"
-    notes = (*notes, *dropped)
     stated = stated_units(names, units)
-    return Table(columns, np.array(lines), notes, refused, frozenset(stamps), stated)
+    return Table(columns, np.array(lines), tuple(dropped), refused, frozenset(stamps), stated)
 
 
 def without_empty_end(names: Sequence[str], body: list[tuple[str, ...]]) -> list[str]:

@@ -1,6 +1,7 @@
 """Campbell Scientific's TOA5: four header lines, then quoted time stamps and numbers."""
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 from rigid.errors import InputError
@@ -24,7 +25,8 @@ def parse(path: Path, text: str) -> Table:
     names, units = header(path, lines)
     data, notes = without_repeats(lines[HEADER_LINES:])
     body, numbers = split(path, data, ",", first=HEADER_LINES + 1)
-    return build(path, names, body, numbers, notes=notes, units=units)
+    table = build(path, names, body, numbers, units=units)
+    return replace(table, notes=(*notes, *table.notes))
 
 
 def header(path: Path, lines: list[str]) -> tuple[list[str], list[str]]:

@@ -1,5 +1,6 @@
 """What all parts of a spec are made of: frozen values and strict numbers."""
 
+import math
 from collections.abc import Mapping
 from functools import partial
 from typing import Annotated, Any
@@ -30,11 +31,16 @@ def is_number(given: Any) -> bool:
     return isinstance(given, (int, float)) and not isinstance(given, bool)
 
 
+def is_finite(given: Any) -> bool:
+    """Whether TOML gave a finite number."""
+    return is_number(given) and math.isfinite(given)
+
+
 def _known(given: Any, share: float = 0.0) -> Any:
     """Take a number whose sd is not stated as uncertain by a `share` of it."""
     if is_number(given):
         given = {"value": given}
-    if isinstance(given, Mapping) and "sd" not in given and is_number(given.get("value")):
+    if isinstance(given, Mapping) and "sd" not in given and is_finite(given.get("value")):
         return {**given, "sd": share * abs(given["value"])}
     if not isinstance(given, (Mapping, Known)):
         raise ValueError(
@@ -49,12 +55,11 @@ def _positive(known: Known) -> Known:
     return known
 
 
-def uncertain(share: float) -> Any:
-    """Type of a positive number whose sd is `share` of it where a spec states none."""
-    return Annotated[
-        Known, BeforeValidator(partial(_known, share=share)), AfterValidator(_positive)
-    ]
+def uncertain(share: float) -> BeforeValidator:
+    """Mark a number whose sd is `share` of it where a spec states none."""
+    return BeforeValidator(partial(_known, share=share))
 
 
+POSITIVE = AfterValidator(_positive)
 Number = Annotated[Known, BeforeValidator(_known)]
 """A number that is exact where a spec states no sd."""

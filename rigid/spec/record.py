@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from rigid.spec.base import Flag, Number, Real, Value, Whole, is_number, uncertain
+from rigid.spec.base import POSITIVE, Flag, Known, Number, Real, Value, Whole, is_number, uncertain
 
 Position = Literal["open", "shut", "tank"]
 Kind = Literal["frame", "release", "free-run", "field"]
@@ -73,7 +73,7 @@ class RecordSpec(Value):
     file: Path
     channels: Mapping[Quantity, ChannelSpec]
     valve: tuple[Stretch, ...] = ()
-    preload: uncertain(PRELOAD_SHARE) | None = None
+    preload: Annotated[Known, uncertain(PRELOAD_SHARE), POSITIVE] | None = None
     release_time: Number | None = None
     fit: Flag = True
     accept: tuple[DefectName, ...] = ()

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from rigid.spec.base import Flag, Known, Real, Value, Whole, uncertain
+from rigid.spec.base import POSITIVE, Flag, Known, Real, Value, Whole, uncertain
 from rigid.spec.record import RecordSpec
 
 YOUNG = 200e9  # Pa; paper, after eq. (16)
@@ -33,14 +33,14 @@ class RigSpec(Value):
     docs/spec.md.
     """
 
-    M_HC: uncertain(MASS_SHARE) = _relative(60.0, MASS_SHARE)
-    M_Pl: uncertain(MASS_SHARE) = _relative(10.0, MASS_SHARE)
-    M_Fl: uncertain(MASS_SHARE) = _relative(200.0, MASS_SHARE)
-    S_Pl: uncertain(0.0) = Known(value=44.2e-4)
-    k_oil: uncertain(OIL_SHARE) = _relative(2e9, OIL_SHARE)
-    L_0: uncertain(COLUMN_SHARE) = _relative(0.20, COLUMN_SHARE)
-    p_max: uncertain(0.0) = Known(value=700e5)
-    k_frame: uncertain(FRAME_SHARE) | None = None
+    M_HC: Annotated[Known, uncertain(MASS_SHARE), POSITIVE] = _relative(60.0, MASS_SHARE)
+    M_Pl: Annotated[Known, uncertain(MASS_SHARE), POSITIVE] = _relative(10.0, MASS_SHARE)
+    M_Fl: Annotated[Known, uncertain(MASS_SHARE), POSITIVE] = _relative(200.0, MASS_SHARE)
+    S_Pl: Annotated[Known, uncertain(0.0), POSITIVE] = Known(value=44.2e-4)
+    k_oil: Annotated[Known, uncertain(OIL_SHARE), POSITIVE] = _relative(2e9, OIL_SHARE)
+    L_0: Annotated[Known, uncertain(COLUMN_SHARE), POSITIVE] = _relative(0.20, COLUMN_SHARE)
+    p_max: Annotated[Known, uncertain(0.0), POSITIVE] = Known(value=700e5)
+    k_frame: Annotated[Known, uncertain(FRAME_SHARE), POSITIVE] | None = None
     frame_beams: Literal["two-per-cylinder", "two-shared"] = "two-per-cylinder"
 
     @property

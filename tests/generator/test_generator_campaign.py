@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rigid.generator import Piece, campaign, draw
+from rigid.generator import Conditions, Piece, campaign, draw
 from rigid.generator.__main__ import main
 from rigid.generator.campaign import slow_codes
 from rigid.generator.sensors import Sensor, unit_noise
