@@ -12,7 +12,8 @@ from rigid.records.record import Record
 from rigid.solve.drive import Drive
 
 NOMINAL_STROKE = {"frame": (0.0, 6e-3), "free-run": (0.0, 0.1), "field": (0.0, 0.1)}
-"""Stroke range [m] where no stroke was recorded; it sets interpolation nodes, not results."""
+"""Stroke range [m] where no stroke was recorded. It places interpolation nodes; a stroke that is
+far off costs accuracy in the ringing after a switch (docs/model.md has the figures)."""
 
 JUMP_FRACTION = 0.2
 """A release is where the acceleration first exceeds this fraction of its greatest magnitude ..."""

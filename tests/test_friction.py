@@ -39,7 +39,6 @@ def test_constant_friction_stores_nothing():
     np.testing.assert_allclose(found.dissipative, np.broadcast_to(DRAWS["mu"][:, None], (3, 61)))
 
 
-@pytest.mark.xfail(strict=True, reason="the nearest is 82.5 Hz, 3.2 % off")
 def test_eighty_hertz_is_near_a_frequency_shown():
     assert np.abs(FREQUENCIES / 80.0 - 1.0).min() < 0.02
 

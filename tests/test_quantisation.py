@@ -48,7 +48,7 @@ def test_derivatives_are_those_of_the_value(ratio: float):
         r = float(r)
         got = interval(jnp.asarray(r), jnp.asarray(sigma), step)
         assert float(got.slope) == pytest.approx(float(slope), rel=1e-6, abs=1e-7 / sigma)
-        # The curvature is what is left of squares that cancel: of order r^2; the series is cut at 4e-9 there.
+        # Squares of order r^2 cancel to the curvature; the series is cut at 4e-9 of them.
         loose = 1e-8 * (1 + (r / sigma) ** 2) / min(ratio, 1.0) ** 2
         assert float(got.curvature) == pytest.approx(float(bend), rel=1e-6, abs=loose / sigma**2)
 
