@@ -11,6 +11,7 @@ from rigid.parameters import Parameter, Parameters, collect, require_known
 from rigid.priors import AbstractLaw, make_law
 from rigid.problem import Problem
 from rigid.records.record import Record
+from rigid.sensors import UNITS
 from rigid.spec import Spec
 from rigid.tracks import Series, Track, make_track
 
@@ -24,8 +25,6 @@ RIG_SYMBOLS = {
     "k_oil": (r"k_\mathrm{oil}", "Pa"),
     "p_max": (r"p_\mathrm{max}", "Pa"),
 }
-
-UNITS = {"load": "N", "stroke": "m", "pressure": "Pa", "acceleration": "m/s^2"}
 
 KAPPA_PRIOR = PriorDescription("lognormal", {"median": 0.2, "factor": 3.0})
 """Around the values the paper uses, 0.2 and 0.12 (before eq. 23)."""

@@ -8,6 +8,7 @@ import xarray as xr
 from rigid.friction import FREQUENCIES, Friction
 from rigid.outcome import Channel
 from rigid.parameters import Parameters
+from rigid.sensors import UNITS
 
 DIMENSIONS = {
     "kappa": ("record", "cylinder"),
@@ -86,9 +87,6 @@ def with_friction(
 def about(parameters: Parameters) -> dict[str, tuple[str, str]]:
     """Unit and symbol of every parameter by label."""
     return {p.label: (p.unit, p.symbol) for p in (*parameters.sampled, *parameters.known)}
-
-
-UNITS = {"load": "N", "stroke": "m", "pressure": "Pa", "acceleration": "m/s^2"}
 
 
 def series_groups(channels: Sequence[Channel], replicates: str) -> dict[str, xr.Dataset]:

@@ -8,6 +8,7 @@ from rigid.friction import FREQUENCIES
 from rigid.outcome import LEVELS, Channel, frictions, values_of
 from rigid.plots import shown
 from rigid.published import BY_LABEL, FRICTION
+from rigid.sensors import UNITS
 
 EXCITED = (("steady running", 0.01, 0.05), ("quick release", 60.0, 260.0))
 """Hz; where the records move the rig: at rest or steadily, and at its own frequencies."""
@@ -35,7 +36,7 @@ def channel_fit(done: Calibrated, c: Channel) -> shown.ChannelFit:
     read = np.isfinite(c.data)
     record = next(r for r in done.records if (r.name, r.cylinder) == (c.record, c.cylinder))
     begins = [float(c.time[0]), *(s.until for s in record.valve[:-1])]
-    unit = {"load": "N", "stroke": "m", "pressure": "Pa", "acceleration": "m/s^2"}[c.quantity]
+    unit = UNITS[c.quantity]
     return shown.ChannelFit(
         record=c.record, cylinder=c.cylinder, kind=c.kind, quantity=c.quantity, unit=unit,
         time=c.time[read], data=c.data[read], quantiles=c.quantiles[:, read],

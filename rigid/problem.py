@@ -12,8 +12,7 @@ from jax import Array
 from rigid.effects import AbstractEffect
 from rigid.groups import AbstractGroup
 from rigid.likelihood import Fitted, Piece, fitted
-from rigid.parameters import Parameters, scoped
-from rigid.rig import Rig, build_rig
+from rigid.parameters import Parameters
 
 LOG_2PI = 1.8378770664093453
 
@@ -56,10 +55,6 @@ class Problem(eqx.Module):
         """Return the same problem with other weights, by (group, quantity)."""
         new = [jnp.asarray(weights[p.group, p.quantity]) for p in self.pieces]
         return eqx.tree_at(lambda q: [p.weight for p in q.pieces], self, new)
-
-    def rig(self, values: Mapping[str, Array], group: int = 0) -> Rig:
-        """Return the rig as a group of records sees it."""
-        return build_rig(self.effects, scoped(values, self.groups[group].tracks[0].scope))
 
 
 @eqx.filter_jit

@@ -9,11 +9,12 @@ import xarray as xr
 
 from rigid import __version__
 from rigid.calibrate import KEPT_STEPS, Calibrated
-from rigid.export import UNITS, about, by_record, dataset, series_groups, with_friction
+from rigid.export import about, by_record, dataset, series_groups, with_friction
 from rigid.friction import FREQUENCIES
 from rigid.outcome import frictions, overall_gap, values_of
 from rigid.posterior import chain_coords, save_posterior
 from rigid.published import BY_LABEL
+from rigid.sensors import UNITS
 from rigid.spec import Spec
 from rigid.summary import Check, Cost, Gap, ParameterRow, Result, summarise
 

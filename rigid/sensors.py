@@ -6,7 +6,8 @@ from jax import Array
 
 from rigid.rig import Rig, Surroundings
 
-QUANTITIES = ("load", "stroke", "pressure", "acceleration")
+UNITS = {"load": "N", "stroke": "m", "pressure": "Pa", "acceleration": "m/s^2"}
+"""What the sensors read, by quantity, and its SI unit."""
 
 
 class Readings(NamedTuple):
