@@ -71,9 +71,9 @@ def one_campaign(seed: int, args: argparse.Namespace) -> list[dict]:
         )
         spec = load_spec(Path(folder) / "calibration.toml")
         problem = assemble(spec, read_records(spec))
-    if args.halve_noise:
-        problem = halved(problem)
     found = search(problem, STARTS, seed)
+    if args.halve_noise:
+        found = search(halved(found), STARTS, seed)
     rng = np.random.default_rng([seed, 1])
     proposal, _ = propose(found, rng)
     settings = Settings(
@@ -112,22 +112,25 @@ def complex_friction(known: dict[str, float], omega: float) -> complex:
     return known["mu"] + branches
 
 
-def halved(problem):
-    """The same problem with a likelihood that takes the noise to be half of what it is."""
-    import dataclasses
-
+def halved(found):
+    """The problem of a search with noise levels known to be half of what the search found."""
     import equinox as eqx
+    import jax.numpy as jnp
 
-    from rigid.priors import Fixed
+    from rigid.parameters import Parameter, Parameters
+    from rigid.priors import Normal
 
-    parameters = problem.parameters
-    noise = [p for p in parameters.sampled if p.base == "noise"]
-    fixed = tuple(
-        dataclasses.replace(p, law=Fixed(0.5 * float(p.law.from_standard(0.0)))) for p in noise
+    problem = found.problem
+    parameters, best = problem.parameters, found.optima[0].z
+    level = parameters.values(jnp.asarray(best[None]))
+    known = tuple(
+        Parameter(p.label, p.symbol, p.unit, Normal(0.5 * level[p.label][0], 0.0), p.varies)
+        for p in parameters.sampled
+        if p.base == "noise"
     )
     kept = tuple(p for p in parameters.sampled if p.base != "noise")
-    new = dataclasses.replace(parameters, sampled=kept, known=parameters.known + fixed)
-    return eqx.tree_at(lambda q: q.parameters, problem, new, is_leaf=lambda x: x is parameters)
+    new = Parameters(kept, parameters.known + known)
+    return eqx.tree_at(lambda q: q.parameters, problem, new)
 
 
 def verdict(rows: list[dict[str, str]]) -> str:
