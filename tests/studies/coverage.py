@@ -27,7 +27,7 @@ COLUMNS = ("seed", "quantity", "truth", "rank", "converged", "gap", "modes")
 
 
 def options() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--campaigns", type=int, default=100)
     parser.add_argument("--out", type=Path, default=Path("docs/studies/coverage"))
     parser.add_argument("--halve-noise", action="store_true")
@@ -49,6 +49,7 @@ def weighted_rank(values, weights, truth: float) -> float:
 
 
 def one_campaign(seed: int, args: argparse.Namespace) -> list[dict]:
+    import jax.numpy as jnp
     import numpy as np
 
     from rigid.assemble import assemble
@@ -80,7 +81,9 @@ def one_campaign(seed: int, args: argparse.Namespace) -> list[dict]:
         ensembles=2, walkers=walkers(found.problem), block=50, max_steps=1000, r_hat=1.03,
         ess=ESS, seed=seed, names=found.problem.parameters.labels,
     )  # fmt: skip
-    draws = sample(lambda z: np.asarray(log_posterior(found.problem, z)), proposal, settings)
+    draws = sample(
+        lambda z: np.asarray(log_posterior(found.problem, jnp.asarray(z))), proposal, settings
+    )
     z = draws.z.reshape(-1, draws.z.shape[-1])
     weight = np.ones(len(z))
     values = values_of(found.problem, z)
@@ -124,7 +127,9 @@ def halved(found):
     parameters, best = problem.parameters, found.optima[0].z
     level = parameters.values(jnp.asarray(best[None]))
     known = tuple(
-        Parameter(p.label, p.symbol, p.unit, Normal(0.5 * level[p.label][0], 0.0), p.varies)
+        Parameter(
+            p.label, p.symbol, p.unit, Normal(0.5 * level[p.label][0], jnp.asarray(0.0)), p.varies
+        )
         for p in parameters.sampled
         if p.base == "noise"
     )
