@@ -114,7 +114,7 @@ def calibrate(
 
 def propose(found: Found, rng: np.random.Generator) -> tuple[MixtureProposal, ModeWeights]:
     """Lay a mixture over the modes, its weights from importance sampling."""
-    modes = tuple(_mode(o) for o in found.optima)
+    modes = tuple(mode_of(o) for o in found.optima)
 
     def density(z: np.ndarray) -> np.ndarray:
         return log_density(found.problem, z)
@@ -128,7 +128,8 @@ def _advance(bar: tqdm, done: int) -> None:
     bar.update(done - bar.n)
 
 
-def _mode(optimum: Optimum) -> Mode:
+def mode_of(optimum: Optimum) -> Mode:
+    """Return the Gaussian around an optimum as a mode of the mixture."""
     return Mode(optimum.z, np.linalg.cholesky(optimum.covariance), optimum.log_posterior)
 
 
