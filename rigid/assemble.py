@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 
 from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.effects.base import PriorDescription
+from rigid.effects.pump_curve import STEEPNESS
 from rigid.errors import InputError
 from rigid.groups import Grouping, flow_label
 from rigid.likelihood import SensorSheet, make_pieces
@@ -31,6 +32,10 @@ KAPPA_PRIOR = PriorDescription("lognormal", {"median": 0.2, "factor": 3.0})
 
 TANK_PRIOR = PriorDescription("lognormal", {"median": -0.2, "factor": 3.0})
 
+FLAT_FROM = 5.0 / STEEPNESS
+"""Pressure below p_max [Pa] from which on the pump's flow hardly changes: by sech^2(5) = 2e-4 of
+its slope at p_max."""
+
 NOISE_FACTOR = 1.5
 """The sheet gives the noise of one sample as 'about' so much."""
 
@@ -47,14 +52,48 @@ def assemble(spec: Spec, records: tuple[Record, ...]) -> Problem:
     if not tracks:
         raise InputError(f"{spec.path}: no record is fitted; a fit needs at least one")
     parameters = list_parameters(spec, effects, tracks, series)
-    groups = Grouping(effects, dict(spec.model.vary))(tracks)
+    confined(spec, tracks)
+    bent = near_the_bend(spec, series)
+    groups = Grouping(effects, dict(spec.model.vary), dict(spec.model.only), bent)(tracks)
     return Problem(effects, parameters, groups, make_pieces(groups, series, sheets(spec)))
 
 
 def chosen_effects(spec: Spec) -> tuple[type[AbstractEffect], ...]:
     """Look the spec's effects up in the catalogue."""
-    require_known(spec.model.effects, CATALOGUE, f"{spec.path} [model] effects")
-    return tuple(CATALOGUE[name] for name in spec.model.effects)
+    where = f"{spec.path} [model] effects"
+    require_known(spec.model.effects, CATALOGUE, where)
+    chosen = tuple(CATALOGUE[name] for name in spec.model.effects)
+    owners: dict[str, str] = {}
+    for effect in chosen:
+        for info in effect.parameters():
+            other = owners.setdefault(info.name, effect.name)
+            if other != effect.name:
+                raise InputError(
+                    f"{where}: '{other}' and '{effect.name}' are two laws for one thing, both have "
+                    f"{info.name}; name one of them"
+                )
+    return chosen
+
+
+def confined(spec: Spec, tracks: tuple[Track, ...]) -> None:
+    """Refuse effects confined to what is not there."""
+    where = f"{spec.path} [model] only"
+    require_known(spec.model.only, spec.model.effects, where)
+    for name, scope in spec.model.only.items():
+        require_known([scope], {s for t in tracks for s in t.scope}, f"{where} {name}")
+
+
+def near_the_bend(spec: Spec, series: Mapping[str, Series]) -> frozenset[str]:
+    """Return the labels of the records whose pressure comes near the pump's change of stage."""
+    known = dict(spec.rig.known)
+    limit = known["p_max"].value - FLAT_FROM
+
+    def greatest(one: Series) -> float:
+        if one.has("pressure"):
+            return float(one.data["pressure"].max())
+        return float(one.data["load"].max()) / known["S_Pl"].value if one.has("load") else 0.0
+
+    return frozenset(label for label, one in series.items() if greatest(one) > limit)
 
 
 def sheets(spec: Spec) -> dict[str, SensorSheet]:

@@ -21,6 +21,7 @@ from rigid.proposal import MixtureProposal, Mode, ModeWeights, mode_weights
 from rigid.records.record import Record
 from rigid.sample import Draws, Settings, Status, sample
 from rigid.search import Found, Optimum, search
+from rigid.searched import load, save
 from rigid.spec import Spec
 
 KEPT_STEPS = 20
@@ -102,26 +103,44 @@ def calibrate(
     began = time.monotonic()
     log_density(problem, np.zeros((1, problem.parameters.size)))
     compile_s = time.monotonic() - began
-    say(options, f"{problem.parameters.size} parameters, compiled in {compile_s:.0f} s; searching")
-    with tqdm(total=spec.sampler.starts, disable=options.quiet, desc="starts") as bar:
-        found = search(problem, spec.sampler.starts, seed, lambda done: _advance(bar, done))
-    proposal, weights = propose(found, np.random.default_rng([seed, 1]))
+    say(options, f"{problem.parameters.size} parameters, compiled in {compile_s:.0f} s")
     mark = fingerprint(spec, records, seed)
+    known = load(folder, mark, problem) if options.resume else None
+    if known is None:
+        known = _searched(spec, problem, seed, options)
+        save(folder, mark, *known)
+    found, weights = known
     with Checkpoint(folder, mark, options.resume) as checkpoint:
-        draws = _sampled(spec, found, proposal, (seed, options), checkpoint)
+        draws = _sampled(spec, found, laid_over(found, weights), (seed, options), checkpoint)
     return _told(found, weights, draws, records, (seed, compile_s))
 
 
-def propose(found: Found, rng: np.random.Generator) -> tuple[MixtureProposal, ModeWeights]:
-    """Lay a mixture over the modes, its weights from importance sampling."""
+def _searched(
+    spec: Spec, problem: Problem, seed: int, options: Options
+) -> tuple[Found, ModeWeights]:
+    """Search and weigh the modes, with a progress bar."""
+    with tqdm(total=spec.sampler.starts, disable=options.quiet, desc="starts") as bar:
+        found = search(problem, spec.sampler.starts, seed, lambda done: _advance(bar, done))
+    return found, weigh(found, np.random.default_rng([seed, 1]))
+
+
+def weigh(found: Found, rng: np.random.Generator) -> ModeWeights:
+    """Weigh the modes by importance sampling."""
     modes = tuple(mode_of(o) for o in found.optima)
+    return mode_weights(lambda z: log_density(found.problem, z), modes, rng, MODE_DRAWS, DOF)
 
-    def density(z: np.ndarray) -> np.ndarray:
-        return log_density(found.problem, z)
 
-    weights = mode_weights(density, modes, rng, MODE_DRAWS, DOF)
+def propose(found: Found, rng: np.random.Generator) -> tuple[MixtureProposal, ModeWeights]:
+    """Return the mixture over the modes of a search, and their weights."""
+    weights = weigh(found, rng)
+    return laid_over(found, weights), weights
+
+
+def laid_over(found: Found, weights: ModeWeights) -> MixtureProposal:
+    """Lay a mixture over the modes; none has so small a weight that it is never proposed."""
     floored = np.maximum(weights.weights, LEAST_WEIGHT)
-    return MixtureProposal(modes, floored / floored.sum(), DOF), weights
+    modes = tuple(mode_of(o) for o in found.optima)
+    return MixtureProposal(modes, floored / floored.sum(), DOF)
 
 
 def _advance(bar: tqdm, done: int) -> None:

@@ -11,10 +11,11 @@ from jax import Array
 
 from rigid.effects import AbstractEffect
 from rigid.parameters import scoped
-from rigid.rig import build_rig
+from rigid.rig import acting, build_rig
+from rigid.solve import exponential, release, rosenbrock
+from rigid.solve.delay import delayed
 from rigid.solve.drive import plan
-from rigid.solve.exponential import Strokes, march
-from rigid.solve.release import ring
+from rigid.solve.exponential import Strokes
 from rigid.tracks import Track
 
 
@@ -22,6 +23,7 @@ class AbstractGroup(eqx.Module):
     """Tracks that share one program: same kind, same sampling, same view of the parameters."""
 
     tracks: eqx.AbstractVar[tuple[Track, ...]]
+    effects: eqx.AbstractVar[tuple[type[AbstractEffect], ...]]
     quantities: eqx.AbstractClassVar[tuple[str, ...]]
 
     @property
@@ -35,10 +37,15 @@ class AbstractGroup(eqx.Module):
 
 
 class SlowGroup(AbstractGroup):
-    """Frame compression, free running and field records: marched through by long steps."""
+    """Frame compression, free running and field records: marched through by long steps.
+
+    - `bent`: whether the pressure comes near where the pump changes its stage, so that step
+      matrices made at rest do not serve.
+    """
 
     tracks: tuple[Track, ...]
     effects: tuple[type[AbstractEffect], ...] = eqx.field(static=True)
+    bent: bool = eqx.field(static=True, default=False)
     quantities: ClassVar[tuple[str, ...]] = ("load", "stroke", "pressure")
 
     def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
@@ -48,14 +55,24 @@ class SlowGroup(AbstractGroup):
         rig = build_rig(self.effects, seen)
         framed = self.tracks[0].kind == "frame"
         contact = seen["k_frame"] * (1.0 if framed else 0.0)
-        strokes = Strokes(
+        fractions = self._fractions(values, contact)
+        if rig.steady and not self.bent:
+            out = exponential.march(rig, contact, fractions, plan(drives), self._strokes())
+        else:
+            out = rosenbrock.march(rig, contact, fractions, plan(drives, long_steps=False))
+        return delayed(
+            {quantity: series[: self.samples] for quantity, series in out.items()},
+            rig.delays(),
+            self.tracks[0].interval,
+        )
+
+    def _strokes(self) -> Strokes:
+        """Rough strokes of all tracks."""
+        return Strokes(
             jnp.min(jnp.stack([t.stroke_low for t in self.tracks])),
             jnp.max(jnp.stack([t.stroke_high for t in self.tracks])),
             jnp.stack([t.switch_strokes for t in self.tracks]),
         )
-        fractions = self._fractions(values, contact)
-        out = march(rig, contact, fractions, plan(drives), strokes)
-        return {quantity: series[: self.samples] for quantity, series in out.items()}
 
     def _fractions(self, values: Mapping[str, Array], like: Array) -> Array:
         """Flow fractions (levels, tracks, walkers)."""
@@ -87,6 +104,7 @@ class ReleaseGroup(AbstractGroup):
         delay = jnp.stack([t.onset_time - values[f"release_time[{t.label}]"] for t in self.tracks])
         onsets = [t.onset for t in self.tracks if t.onset is not None]
         longest = max(t.samples - o for t, o in zip(self.tracks, onsets, strict=True))
+        ring = release.ring if rig.steady else rosenbrock.ring
         swing = ring(rig, preload, delay, self.tracks[0].interval, longest)
         out = jnp.zeros((self.samples, *preload.shape))
         for i, onset in enumerate(onsets):
@@ -105,16 +123,33 @@ def flow_label(track: Track, level: int) -> str:
 
 @dataclasses.dataclass(frozen=True)
 class Grouping:
-    """How tracks fall into groups: those with the same key share a program."""
+    """How tracks fall into groups: those with the same key share a program.
+
+    - `effects`: all there are. - `vary`: by what each parameter that varies does.
+    - `only`: the kind, cylinder or "record,cylinder" that an effect is confined to, by its name.
+    - `bent`: labels of the tracks that come near the bend of the pump's curve.
+    """
 
     effects: tuple[type[AbstractEffect], ...]
     vary: Mapping[str, str]
+    only: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    bent: frozenset[str] = frozenset()
+
+    def acting(self, track: Track) -> tuple[type[AbstractEffect], ...]:
+        """Return the effects that act in a track."""
+        return tuple(
+            e
+            for e in acting(self.effects, track.kind)
+            if self.only.get(e.name, track.kind) in track.scope
+        )
 
     def key(self, track: Track) -> tuple:
         """Return what a track must share with the others of its group."""
         by = set(self.vary.values())
         scope: dict[str, str] = dict(zip(("kind", "cylinder", "record"), track.scope, strict=True))
-        return track.kind, round(track.interval, 9), *(scope[b] for b in sorted(by))
+        names = tuple(e.name for e in self.acting(track))
+        bent = track.label in self.bent
+        return track.kind, round(track.interval, 9), bent, names, *(scope[b] for b in sorted(by))
 
     def __call__(self, tracks: tuple[Track, ...]) -> tuple[AbstractGroup, ...]:
         """Part the tracks into groups."""
@@ -122,6 +157,9 @@ class Grouping:
         groups = []
         for key in keys:
             members = tuple(t for t in tracks if self.key(t) == key)
-            make = ReleaseGroup if members[0].kind == "release" else SlowGroup
-            groups.append(make(members, self.effects))
+            present, bent = self.acting(members[0]), members[0].label in self.bent
+            if members[0].kind == "release":
+                groups.append(ReleaseGroup(members, present))
+            else:
+                groups.append(SlowGroup(members, present, bent))
         return tuple(groups)

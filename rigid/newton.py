@@ -64,9 +64,37 @@ def split(
     return z.at[np.flatnonzero(noisy)].set(z_noise), jnp.asarray(w[len(free) :]).reshape(-1, 2)
 
 
+class Samples(NamedTuple):
+    """The samples of one piece around a point; n = its samples, all tracks after one another.
+
+    - `value` (n,): log-likelihood. - `score`, `bend` (n,): its slope and minus its curvature by the
+      expected record. - `design` (n, size): slope of the expected record by the entries of w.
+    """
+
+    value: Array
+    score: Array
+    bend: Array
+    design: Array
+
+
 @eqx.filter_jit
 def local(problem: Problem, w: Array, z_noise: Array) -> Local:
     """Expand the negative log-posterior around w; noise levels `z_noise` are held."""
+    prior = Local(0.5 * jnp.sum(w * w), w, jnp.eye(len(w)))
+    parts = [
+        Local(-jnp.sum(s.value), -s.design.T @ s.score, (s.design * s.bend[:, None]).T @ s.design)
+        for s in _samples(problem, w, z_noise)
+    ]
+    return Local(*(reduce(add, terms) for terms in zip(prior, *parts, strict=True)))
+
+
+@eqx.filter_jit
+def samples(problem: Problem, w: Array, z_noise: Array) -> list[Samples]:
+    """Return what `local` adds up, piece by piece."""
+    return _samples(problem, w, z_noise)
+
+
+def _samples(problem: Problem, w: Array, z_noise: Array) -> list[Samples]:
     z, standard = split(problem, w, z_noise)
     tangents = jnp.eye(len(z))[np.flatnonzero(~is_noise(problem))]
     base = jnp.broadcast_to(z, tangents.shape)
@@ -74,22 +102,16 @@ def local(problem: Problem, w: Array, z_noise: Array) -> Local:
     def predict(z: Array) -> list[dict[str, Array]]:
         return problem.predict(problem.parameters.values(z))
 
-    predictions, slopes = jax.jvp(predict, (base,), (tangents,))
+    swept = jax.jvp(predict, (base,), (tangents,))
     values = problem.parameters.values(z[None])
-    prior = Local(0.5 * jnp.sum(w * w), w, jnp.eye(len(w)))
-    parts = [
-        _of_piece(problem, piece, (predictions, slopes), values, standard)
-        for piece in problem.pieces
-    ]
-    return Local(*(reduce(add, terms) for terms in zip(prior, *parts, strict=True)))
+    return [_of_piece(problem, piece, swept, values, standard) for piece in problem.pieces]
 
 
 def _of_piece(
     problem: Problem, piece: Piece, swept: tuple, values: dict[str, Array], standard: Array
-) -> Local:
-    """Add up the samples of one piece."""
-    labels = [piece.sensor(i) for i in range(len(piece.tracks))]
-    at = np.array([problem.sensors.index(label) for label in labels])
+) -> Samples:
+    """Expand the samples of one piece."""
+    at = np.array([problem.sensors.index(piece.sensor(i)) for i in range(len(piece.tracks))])
     spread = piece.sheet.spread
     gain, zero = standard[at, 0] * spread.gain, standard[at, 1] * spread.zero
     m = piece.reading(swept[0])[..., 0]
@@ -100,13 +122,11 @@ def _of_piece(
     by_gain = m[..., None] * spread.gain * own
     by_zero = jnp.broadcast_to(spread.zero * own, by_gain.shape)
     sensors = jnp.stack([by_gain, by_zero], axis=-1).reshape(*m.shape, -1)
-    design = jnp.concatenate([slope, sensors], axis=-1).reshape(m.size, -1)
-    score = (piece.weight * point.slope).ravel()
-    bend = (-piece.weight * point.curvature).ravel()
-    return Local(
-        -jnp.sum(piece.weight * point.value),
-        -design.T @ score,
-        (design * bend[:, None]).T @ design,
+    return Samples(
+        (piece.weight * point.value).ravel(),
+        (piece.weight * point.slope).ravel(),
+        (-piece.weight * point.curvature).ravel(),
+        jnp.concatenate([slope, sensors], axis=-1).reshape(m.size, -1),
     )
 
 

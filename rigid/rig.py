@@ -7,7 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State
+from rigid.effects.base import AbstractEffect, Action, Distortion, Seen, State
 
 CORE_SCALES = (1e-4, 1e-1, 1e-4, 1e-1, 1e6)
 """Typical size of x_HC [m], v_HC [m/s], x_Pl [m], v_Pl [m/s] and p [Pa] in this rig."""
@@ -19,18 +19,29 @@ class Surroundings(NamedTuple):
     - `contact_stiffness` [N/m]: of a frame in its way, 0 where the plate is free.
     - `force` [N]: on the plate, positive toward the ice (a compressive load is negative).
     - `flow_fraction` [-]: kappa, what the valve passes of the pump's flow; negative to the tank.
+    - `time` [s]: since the record began, or since the release.
     """
 
     contact_stiffness: Array | float = 0.0
     force: Array | float = 0.0
     flow_fraction: Array | float = 0.0
+    time: Array | float = 0.0
+
+
+FREE = Surroundings()
+"""Nothing in the way and the valve shut."""
 
 
 class Motion(NamedTuple):
-    """How the rig moves on from a state: rates of the flat state and the load-cell force."""
+    """How the rig moves on from a state.
+
+    - `rates`: of the flat state. - `load` [N]: in the load-cell end.
+    - `distortion`: what the sensors read beside the truth.
+    """
 
     rates: tuple[Array, ...]
     load: Array | float
+    distortion: Distortion
 
     @property
     def plunger_acceleration(self) -> Array:
@@ -59,21 +70,39 @@ class Rig(eqx.Module):
         """Typical size of each entry of the flat state."""
         return CORE_SCALES + tuple(s for e in self.effects for s in e.scales)
 
-    def state(self, flat: Array | tuple, column: Array | None = None) -> State:
+    @property
+    def steady(self) -> bool:
+        """Whether step matrices made at rest serve everywhere (see `AbstractEffect`)."""
+        return all(effect.steady for effect in self.effects)
+
+    def own(self, flat: Array | tuple) -> list[tuple[Array, ...]]:
+        """Part the effects' own states from a flat state, one tuple an effect."""
+        out, at = [], len(CORE_SCALES)
+        for effect in self.effects:
+            out.append(tuple(flat[at + i] for i in range(len(effect.scales))))
+            at += len(effect.scales)
+        return out
+
+    def state(
+        self,
+        flat: Array | tuple,
+        column: Array | None = None,
+        outside: Surroundings = FREE,
+    ) -> State:
         """Unpack a flat state; `column` [m] freezes the oil column there."""
         x_hc, v_hc, x_pl, v_pl, pressure = (flat[i] for i in range(5))
         if column is None:
             column = self.column + x_pl - x_hc
-        return State(x_hc, v_hc, x_pl, v_pl, pressure, column)
+        roots = [e.root(own) for e, own in zip(self.effects, self.own(flat), strict=True)]
+        x_root, v_root = next((r for r in roots if r is not None), (0.0, 0.0))
+        return State(
+            x_hc, v_hc, x_pl, v_pl, pressure, column, x_root, v_root, self.area,
+            outside.contact_stiffness, outside.flow_fraction, outside.time,
+        )  # fmt: skip
 
     def actions(self, flat: Array | tuple, state: State) -> list[Action]:
         """Return what each effect does."""
-        actions, at = [], len(CORE_SCALES)
-        for effect in self.effects:
-            n = len(effect.scales)
-            actions.append(effect(state, tuple(flat[at + i] for i in range(n))))
-            at += n
-        return actions
+        return [e(state, own) for e, own in zip(self.effects, self.own(flat), strict=True)]
 
     def motion(
         self, flat: Array | tuple, outside: Surroundings, column: Array | None = None
@@ -84,7 +113,7 @@ class Rig(eqx.Module):
         - `outside`: frame, force and valve.
         - `column` [m]: freezes the oil column; left out, it follows the stroke.
         """
-        state = self.state(flat, column)
+        state = self.state(flat, column, outside)
         actions = self.actions(flat, state)
         between = self.area * state.pressure + sum(a.between for a in actions)
         load = sum(a.load_cell for a in actions)
@@ -94,16 +123,31 @@ class Rig(eqx.Module):
             + sum(a.on_plunger for a in actions)
         )
         inflow = outside.flow_fraction * sum(a.inflow for a in actions)
-        inflow = inflow - sum(a.leakage for a in actions)
+        filling = inflow - sum(a.leakage for a in actions)
         compliance = self.area * state.column * sum(a.compliance for a in actions)
         rates = (
             state.v_cylinder,
             (load - between) / self.cylinder_mass,
             state.v_plunger,
             (between + external) / self.plunger_mass,
-            (inflow - self.area * state.slip) / compliance,
+            (filling - self.area * state.slip) / compliance,
         )
-        return Motion(rates + tuple(r for a in actions for r in a.rates), load)
+        seen = [Seen(state, own, load, inflow) for own in self.own(flat)]
+        told = list(zip(self.effects, actions, seen, strict=True))
+        distortions = [effect.sense(s) for effect, _, s in told]
+        return Motion(
+            rates + tuple(r for effect, action, s in told for r in effect.rates(action, s)),
+            load,
+            Distortion(*(sum(parts) for parts in zip(*distortions, strict=True))),
+        )
+
+    def delays(self) -> dict[str, Array]:
+        """By how much [s] the time stamps of each quantity lag, for those that do."""
+        total: dict[str, Array] = {}
+        for effect in self.effects:
+            for quantity, delay in effect.delays().items():
+                total[quantity] = total[quantity] + delay if quantity in total else delay
+        return total
 
     def friction(self, omega: Array) -> Array:
         """Complex friction coefficient mu(omega) of all effects together [N s/m]."""
@@ -125,3 +169,10 @@ def build_rig(
         column=jnp.asarray(values["L_0"]),
         effects=tuple(effect.build(values) for effect in effects),
     )
+
+
+def acting(
+    effects: tuple[type[AbstractEffect], ...], kind: str
+) -> tuple[type[AbstractEffect], ...]:
+    """Return the effects that act in records of a kind."""
+    return tuple(e for e in effects if e.kinds is None or kind in e.kinds)

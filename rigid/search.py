@@ -7,7 +7,7 @@ then noise levels and correlation times are brought up to date and the best opti
 
 import dataclasses
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 
 import equinox as eqx
@@ -101,7 +101,7 @@ def _refined(
         z = fit_noise(plain, z)
         z_noise = z[is_noise(plain)]
         correlation = score_correlation(plain, z)
-        problem = plain.with_weights(_weights(plain, correlation))
+        problem = weighted(plain, correlation)
         best = descend(problem, joined(plain, z, standard), z_noise)[0]
     good = [w for w, level in zip(ends, levels, strict=True) if np.isfinite(level)]
     optima = [
@@ -203,13 +203,17 @@ def score_correlation(
     return out
 
 
-def _weights(problem: Problem, correlation: dict) -> dict[tuple[int, str], np.ndarray]:
-    """Weights of all samples, divided by the correlation time of their channel."""
-    return {
-        (p.group, p.quantity): np.asarray(p.weight)
-        / np.array([correlation[p.group, p.quantity, t].time for t in p.tracks])
-        for p in problem.pieces
-    }
+def weighted(
+    problem: Problem, correlation: Mapping[tuple[int, str, int], Autoregression]
+) -> Problem:
+    """Return the problem with its weights divided by the correlation time of each channel."""
+    return problem.with_weights(
+        {
+            (p.group, p.quantity): np.asarray(p.weight)
+            / np.array([correlation[p.group, p.quantity, t].time for t in p.tracks])
+            for p in problem.pieces
+        }
+    )
 
 
 def refit(problem: Problem, found: Found) -> Optimum:

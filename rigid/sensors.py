@@ -28,4 +28,10 @@ class Readings(NamedTuple):
 def readings(rig: Rig, flat: Array | tuple, outside: Surroundings) -> Readings:
     """Return what ideal sensors read of a flat state."""
     motion = rig.motion(flat, outside)
-    return Readings(motion.load, flat[2] - flat[0], flat[4], motion.plunger_acceleration)
+    beside = motion.distortion
+    return Readings(
+        motion.load + beside.load,
+        flat[2] - flat[0] + beside.stroke,
+        flat[4] + beside.pressure,
+        motion.plunger_acceleration + beside.acceleration,
+    )

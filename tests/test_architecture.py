@@ -30,10 +30,10 @@ LAYERS = (
     ("problem",),
     ("assemble", "friction", "newton"),
     ("search",),
-    ("outcome",),
+    ("outcome", "discovery"),
     ("proposal",),
     ("chain", "moves", "convergence"),
-    ("checkpoint", "ensemble"),
+    ("checkpoint", "ensemble", "searched"),
     ("sample",),
     ("posterior",),
     ("calibrate", "export"),
@@ -44,7 +44,8 @@ LAYERS = (
     ("alternatives",),
     ("figures",),
     ("present",),
-    ("fit",),
+    ("smoothing",),
+    ("bands", "fit"),
 )
 LAYER = {room: number for number, rooms in enumerate(LAYERS) for room in rooms}
 
@@ -59,6 +60,7 @@ STATISTICS = {
     "likelihood",
     "newton",
     "search",
+    "searched",
     "proposal",
     "moves",
     "chain",

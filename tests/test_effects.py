@@ -11,11 +11,12 @@ from rigs import BASE, NOMINAL, prior_draws, rig_of
 
 from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.effects.base import EQUATIONS
-from rigid.priors import LAWS
+from rigid.priors import LAWS, make_law
 from rigid.rig import CORE_SCALES, Surroundings
+from rigid.sensors import readings
 
 FRICTIONLESS = tuple(name for name in BASE if name != "viscous-friction")
-OUTSIDE = Surroundings(1e7, -3e4, 0.4)
+OUTSIDE = Surroundings(1e7, -3e4, 0.4, 1.0)
 STATES = np.random.default_rng(5).standard_normal((6, len(CORE_SCALES))) * CORE_SCALES
 # Energy in the effect's own states, so that what it gives back later is not taken for a source.
 STORED: dict[str, Callable] = {
@@ -44,8 +45,46 @@ def flat_states(effect: type[AbstractEffect], own: float = 1.0) -> list[jnp.ndar
     ]
 
 
+def typical(effect: type[AbstractEffect]) -> dict[str, float]:
+    """What is nominal for the rig, and values from the effect's priors for the rest."""
+    own = {
+        label: float(make_law(prior.law, prior.arguments, label).from_standard(0.7))
+        for info in effect.parameters()
+        for label, prior in zip(info.labels, info.priors, strict=True)
+    }
+    return own | NOMINAL
+
+
 def rates(values, names, flat) -> jnp.ndarray:
     return jnp.stack(rig_of(values, names).motion(flat, OUTSIDE).rates)
+
+
+def told(values, names, flat, outside=OUTSIDE) -> jnp.ndarray:
+    """All that a rig does and shows: rates, readings and delays; last axes as those of `flat`."""
+    rig = rig_of(values, names)
+    parts = (
+        *rig.motion(flat, outside).rates,
+        *readings(rig, flat, outside),
+        rig.delays().get("pressure", 0.0),
+    )
+    return jnp.stack([jnp.broadcast_to(part, flat.shape[1:]) for part in parts])
+
+
+def probes(values, effect: type[AbstractEffect]) -> tuple[jnp.ndarray, Surroundings]:
+    """States (n, probes), also where the pump switches and where the plunger creeps, and times of
+    an event."""
+    begin = values.get("event_start", 1.0)
+    times = (1.0, begin, begin + values.get("event_duration", 1.0))
+    pressures = (None, values["p_max"], values.get("p_stage"))
+    creep = values.get("v_stribeck", 1e-3)
+    flats = [
+        flat if pressure is None else flat.at[4].set(pressure)
+        for one in flat_states(effect)[:2]
+        for flat in (one, one.at[1].set(one[3] - creep))
+        for pressure in pressures
+    ]
+    stacked = jnp.stack(flats * len(times), axis=1)
+    return stacked, OUTSIDE._replace(time=jnp.repeat(jnp.asarray(times), len(flats)))
 
 
 def changes_nothing_where_absent(effect: type[AbstractEffect]):
@@ -58,37 +97,45 @@ def changes_nothing_where_absent(effect: type[AbstractEffect]):
     if not absent:
         assert not effect.scales  # a spring, the oil, the pump: there is no rig without them
         return
+    n, values = len(CORE_SCALES), typical(effect) | absent
     for flat in flat_states(effect, own=0.0):
-        n = len(CORE_SCALES)
-        got = rates(NOMINAL | absent, with_it(effect.name), flat)
-        np.testing.assert_array_equal(got[:n], rates(NOMINAL, without(effect.name), flat[:n]))
-        np.testing.assert_array_equal(got[n:], 0.0)
+        core = flat[:n]
+        got = told(values, with_it(effect.name), flat)
+        expected = told(values, without(effect.name), core)
+        np.testing.assert_array_equal(np.delete(got, np.s_[n : len(flat)]), expected)
+        if np.any(got[n : len(flat)]):  # states that move on by themselves must not be felt
+            moved = told(values, with_it(effect.name), flat.at[n:].set(jnp.asarray(effect.scales)))
+            np.testing.assert_array_equal(np.delete(moved, np.s_[n : len(flat)]), expected)
 
 
 def is_finite_and_differentiable_over_its_prior(effect: type[AbstractEffect]):
     names = with_it(effect.name)
     labels = [label for info in effect.parameters() for label in info.labels]
 
-    def scaled(logs, values, flat):
-        new = values | {k: values[k] * jnp.exp(logs[i]) for i, k in enumerate(labels)}
-        return rates(new, names, flat)
+    @jax.jit
+    def slopes(values, flat, outside):
+        def scaled(logs):
+            new = values | {k: values[k] * jnp.exp(logs[i]) for i, k in enumerate(labels)}
+            return told(new, names, flat, outside)
+
+        return scaled(jnp.zeros(len(labels))), jax.jacfwd(scaled)(jnp.zeros(len(labels)))
 
     for values in prior_draws(names, 5, 7):
+        shown, by_values = slopes(values, *probes(values, effect))
+        assert np.all(np.isfinite(shown))
+        assert np.all(np.isfinite(by_values))
+        # Something on record depends on each of its numbers (a switch at 700 bar may saturate in
+        # double precision, so probes stand near what switches).
+        assert np.all(np.any(by_values, axis=(0, 1)))
         for flat in flat_states(effect)[:2]:
-            by_state = jax.jacfwd(lambda y, v=values: rates(v, names, y))(flat)
-            by_values = jax.jacrev(scaled)(jnp.zeros(len(labels)), values, flat)
-            assert np.all(np.isfinite(rates(values, names, flat)))
-            assert np.all(np.isfinite(by_state))
-            assert np.all(np.isfinite(by_values))
-            # Some part of the motion depends on each of its numbers (a switch at 700 bar may
-            # saturate in double precision, so the pump is looked at near its switch).
-            near = flat.at[4].set(values["p_max"])
-            assert np.all(np.any(jax.jacrev(scaled)(jnp.zeros(len(labels)), values, near), axis=0))
+            assert np.all(np.isfinite(jax.jacfwd(lambda y, v=values: rates(v, names, y))(flat)))
 
 
 def adds_no_energy_by_friction(effect: type[AbstractEffect]):
     omega = jnp.logspace(-3, 5, 50)
     for values in prior_draws(with_it(effect.name), 5, 8):
+        # Where the sign is free, the positive one is friction.
+        values |= {label: abs(values[label]) for i in effect.parameters() for label in i.labels}
         made = effect.build(values)
         assert np.all(np.real(made.friction(omega)) >= 0.0)
         if not np.any(made.friction(omega)):
@@ -108,11 +155,12 @@ def pushes_the_bodies_equally_and_oppositely(effect: type[AbstractEffect]):
         rig = rig_of(values, with_it(effect.name))
         for flat in flat_states(effect):
             moved = rig.motion(flat, OUTSIDE)
-            acted = rig.actions(flat, rig.state(flat))[-1]
+            acted = rig.actions(flat, rig.state(flat, outside=OUTSIDE))[-1]
             inner = rig.cylinder_mass * moved.rates[1] + rig.plunger_mass * moved.rates[3]
             outer = moved.load + OUTSIDE.force - OUTSIDE.contact_stiffness * flat[2]
             outer = outer + acted.on_plunger
             size = abs(rig.cylinder_mass * moved.rates[1]) + abs(moved.load) + abs(acted.between)
+            size += abs(acted.on_plunger)
             # Differences of forces of this size, a few roundings each.
             assert inner == pytest.approx(outer, abs=20 * np.finfo(float).eps * float(size))
 
@@ -147,7 +195,8 @@ def is_described(effect: type[AbstractEffect]):
         assert info.unit
         assert info.priors
         assert all(prior.law in LAWS for prior in info.priors)
-        assert set(info.labels) <= set(NOMINAL)
+    if effect.name not in BASE:
+        assert any(info.absent is not None for info in effect.parameters())
 
 
 LAW_TABLE = (

@@ -6,7 +6,9 @@ import pytest
 from rigs import frame_problem, release_problem
 
 from rigid.newton import descend, is_noise, joined, local, split
+from rigid.proposal import ModeWeights
 from rigid.search import search
+from rigid.searched import load, save
 
 TRUE = {"k_LC": 6e7, "mu": 2e4}
 WRONG = {"k_LC": 3.5e7, "mu": 4.7e5}
@@ -118,3 +120,26 @@ def test_joined_and_split_are_inverse(release):
     again, there = split(release, w, z[is_noise(release)])
     np.testing.assert_array_equal(again, z)
     np.testing.assert_array_equal(there, sensors)
+
+
+def test_a_search_on_disk_is_read_back_whole_and_by_its_own_run_alone(release, tmp_path):
+    found = search(release, 3, 5)
+    weights = ModeWeights(
+        np.ones(len(found.optima)), np.zeros(len(found.optima)), -3.5, 0.4, 0.3, 2
+    )
+    save(tmp_path, {"spec": "a"}, found, weights)
+    read = load(tmp_path, {"spec": "a"}, release)
+    assert read is not None
+    again, its_weights = read
+    for old, new in zip(found.optima, again.optima, strict=True):
+        np.testing.assert_array_equal(old.z, new.z)
+        np.testing.assert_array_equal(old.covariance, new.covariance)
+        assert (old.log_posterior, old.reached) == (new.log_posterior, new.reached)
+    for old, new in zip(found.problem.pieces, again.problem.pieces, strict=True):
+        np.testing.assert_array_equal(old.weight, new.weight)
+    np.testing.assert_array_equal(found.levels, again.levels)
+    assert found.starts == again.starts
+    assert (its_weights.log_evidence, its_weights.failed) == (-3.5, 2)
+    assert load(tmp_path, {"spec": "b"}, release) is None
+    (tmp_path / "search.npz").write_bytes(b"half a file")
+    assert load(tmp_path, {"spec": "a"}, release) is None

@@ -35,6 +35,21 @@ def lognormal(median: float, factor: float) -> PriorDescription:
     return PriorDescription("lognormal", {"median": median, "factor": factor})
 
 
+def normal(mean: float, sd: float) -> PriorDescription:
+    """Describe a Gaussian prior."""
+    return PriorDescription("normal", {"mean": mean, "sd": sd})
+
+
+def truncated_normal(mean: float, sd: float, low: float, high: float) -> PriorDescription:
+    """Describe a Gaussian prior that is cut to between `low` and `high`."""
+    return PriorDescription("truncated_normal", {"mean": mean, "sd": sd, "low": low, "high": high})
+
+
+def uniform(low: float, high: float) -> PriorDescription:
+    """Describe a prior under which all values between `low` and `high` are alike."""
+    return PriorDescription("uniform", {"low": low, "high": high})
+
+
 def fixed(value: float) -> PriorDescription:
     """Describe a constant that is taken as known."""
     return PriorDescription("fixed", {"value": value})
@@ -80,6 +95,11 @@ class State(NamedTuple):
     - `x_plunger`, `v_plunger` [m, m/s]: of plunger and indentation plate.
     - `pressure` [Pa]: oil above atmosphere.
     - `column` [m]: length of the oil column, that at zero stroke plus the stroke.
+    - `x_root`, `v_root` [m, m/s]: of the plate that holds the load-cell end, 0 where it is fixed.
+    - `area` [m^2]: that the pressure acts on, nominally.
+    - `contact_stiffness` [N/m]: of the frame in the plunger's way, 0 where it is free.
+    - `flow_fraction` [-]: what the valve passes. - `time` [s]: since the record began, or since
+      the release.
     """
 
     x_cylinder: Array
@@ -88,6 +108,12 @@ class State(NamedTuple):
     v_plunger: Array
     pressure: Array
     column: Array
+    x_root: Array | float = 0.0
+    v_root: Array | float = 0.0
+    area: Array | float = 0.0
+    contact_stiffness: Array | float = 0.0
+    flow_fraction: Array | float = 0.0
+    time: Array | float = 0.0
 
     @property
     def stroke(self) -> Array:
@@ -121,21 +147,66 @@ class Action(NamedTuple):
     rates: tuple[Array, ...] = ()
 
 
+class Seen(NamedTuple):
+    """What the whole rig does at an instant; sensors and the root answer to it.
+
+    - `state`; `own`: the effect's own states. - `load` [N]: in the load-cell end.
+    - `inflow` [m^3/s]: oil through the hose into the chamber.
+    """
+
+    state: State
+    own: tuple[Array, ...]
+    load: Array | float
+    inflow: Array | float
+
+
+class Distortion(NamedTuple):
+    """What a sensor reads beside the truth, in SI; what is left out is read truly."""
+
+    load: Array | float = 0.0
+    stroke: Array | float = 0.0
+    pressure: Array | float = 0.0
+    acceleration: Array | float = 0.0
+
+
 class AbstractEffect(eqx.Module):
     """One physical cause that acts on the rig.
 
-    Class variables: `name` (in specs), `equation` (one of EQUATIONS), `source`, `scales`: for
-    each state of its own a typical value, in which solvers measure errors.
+    Class variables:
+
+    - `name` (in specs), `equation` (one of EQUATIONS), `source`.
+    - `scales`: for each state of its own a typical value, in which solvers measure errors.
+    - `steady`: whether the Jacobian of the motion hardly changes with anything but the oil column,
+      so that the step matrices of the rig at rest serve everywhere.
+    - `kinds`: of records in which it acts; None for all.
     """
 
     name: eqx.AbstractClassVar[str]
     equation: eqx.AbstractClassVar[str]
     source: eqx.AbstractClassVar[str]
     scales: ClassVar[tuple[float, ...]] = ()
+    steady: ClassVar[bool] = False
+    kinds: ClassVar[tuple[str, ...] | None] = None
 
     @abstractmethod
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:
         """Return what the effect does in `state`, its own states being `own`."""
+
+    def root(self, own: tuple[Array, ...]) -> tuple[Array, Array] | None:  # noqa: ARG002
+        """Position and speed [m, m/s] of the root plate, from the effect that lets it move."""
+        return None
+
+    def rates(self, action: Action, seen: Seen) -> tuple[Array, ...]:  # noqa: ARG002
+        """Time derivatives of the own states; overridden where they need the whole rig."""
+        return action.rates
+
+    def sense(self, seen: Seen) -> Distortion:  # noqa: ARG002
+        """Return what the sensors read beside the truth."""
+        return Distortion()
+
+    def delays(self) -> Mapping[str, Array]:
+        """By how much [s] the time stamps of a quantity lag behind those of the others."""
+        return {}
 
     def friction(self, omega: Array) -> Array:
         """Complex friction coefficient mu(omega) that the effect adds [N s/m]; 0 unless told."""

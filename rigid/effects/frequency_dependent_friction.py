@@ -27,6 +27,7 @@ class FrequencyDependentFriction(AbstractEffect):
     name: ClassVar[str] = "frequency-dependent-friction"
     equation: ClassVar[str] = "plunger-momentum"
     source: ClassVar[str] = "generalised Maxwell model; Ferry, Viscoelastic Properties, ch. 1"
+    steady: ClassVar[bool] = True
     scales: ClassVar[tuple[float, ...]] = (1e3, 1e3)
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:

@@ -8,14 +8,15 @@ from rigid.effects.base import AbstractEffect, Action, State, lognormal, paramet
 
 
 class LoadCellSpring(AbstractEffect):
-    """Spring between the fixed root and the cylinder: F_LC = -k_LC x_HC."""
+    """Spring between root and cylinder: F_LC = -k_LC (x_HC - x_root), the root fixed in (8)."""
 
     stiffness: Array = parameter("k_LC", r"k_\mathrm{LC}", "N/m", lognormal(6e7, 2.0))
 
     name: ClassVar[str] = "load-cell-spring"
     equation: ClassVar[str] = "load-cell"
     source: ClassVar[str] = "paper, eq. (8)"
+    steady: ClassVar[bool] = True
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the spring force, which is what the load cell reads."""
-        return Action(load_cell=-self.stiffness * state.x_cylinder)
+        return Action(load_cell=-self.stiffness * (state.x_cylinder - state.x_root))

@@ -15,6 +15,7 @@ class OilCompressibility(AbstractEffect):
     name: ClassVar[str] = "oil-compressibility"
     equation: ClassVar[str] = "oil-balance"
     source: ClassVar[str] = "paper, eqs. (4), (5), (9); (21) with k_oil in place of rho_oil"
+    steady: ClassVar[bool] = True
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the compliance of the oil."""

@@ -21,6 +21,7 @@ class PumpCurve(AbstractEffect):
     name: ClassVar[str] = "pump-curve"
     equation: ClassVar[str] = "pump"
     source: ClassVar[str] = "paper, eq. (22) as printed, pressures in bar there"
+    steady: ClassVar[bool] = True
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the flow of the pump with the valve fully open."""

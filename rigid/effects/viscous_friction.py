@@ -16,6 +16,7 @@ class ViscousFriction(AbstractEffect):
     name: ClassVar[str] = "viscous-friction"
     equation: ClassVar[str] = "plunger-momentum"
     source: ClassVar[str] = "paper, eq. (8)"
+    steady: ClassVar[bool] = True
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the force against the sliding."""

@@ -70,8 +70,10 @@ class Plan:
         return left, span * self.interval, (sample - self.nodes[left]) / span
 
 
-def plan(drives: tuple[Drive, ...]) -> Plan:
+def plan(drives: tuple[Drive, ...], long_steps: bool = True) -> Plan:
     """Lay the common grid of several drives: short steps near their switches, long ones elsewhere.
+
+    - `long_steps`: left out, every sample is a node.
 
     Raises ValueError where two switches of a drive fall into one sampling interval.
     """
@@ -82,7 +84,7 @@ def plan(drives: tuple[Drive, ...]) -> Plan:
     while nodes[-1] < samples - 1:
         here = nodes[-1]
         stretch = here + STRIDE
-        is_long = stretch <= samples - 1 and not near[here:stretch].any()
+        is_long = long_steps and stretch <= samples - 1 and not near[here:stretch].any()
         long.append(is_long)
         nodes.append(stretch if is_long else here + 1)
     return _with_valve(drives, np.array(nodes), np.array(long), interval)

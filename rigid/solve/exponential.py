@@ -21,6 +21,7 @@ from jax import Array
 from rigid.rig import Rig, Surroundings
 from rigid.sensors import readings
 from rigid.solve.drive import STRIDE, Plan
+from rigid.solve.rest import rest_under
 
 DOUBLINGS = 12
 TAYLOR_DEGREE = 8
@@ -135,14 +136,16 @@ def march(
     Returns load [N], stroke [m] and pressure [Pa] at every sample, (samples, tracks, walkers).
     """
     advance = _advancer(rig, contact, fractions, plan, strokes)
-    start = jnp.zeros((len(rig.scales), *fractions.shape[1:]))
+    start = jnp.broadcast_to(
+        rest_under(rig, 0.0, contact)[:, None], (len(rig.scales), *fractions.shape[1:])
+    )
     last, (values, slopes) = jax.lax.scan(advance, start, _steps(plan))
     ending = Surroundings(
         contact, 0.0, fractions[jnp.asarray(plan.levels[-1]), jnp.arange(fractions.shape[1])]
     )
     rates = jnp.stack(rig.motion(last, ending).rates)
     value, slope = sampled(rig, last, rates, ending)
-    return _at_samples(
+    return at_samples(
         plan, jnp.concatenate([values, value[None]]), jnp.concatenate([slopes, slope[None]])
     )
 
@@ -192,7 +195,7 @@ def _steps(plan: Plan) -> tuple[Array, ...]:
     return jnp.asarray(plan.long), level, kink, jnp.where(kink > 0, after[kink], level)
 
 
-def _at_samples(plan: Plan, values: Array, slopes: Array) -> dict[str, Array]:
+def at_samples(plan: Plan, values: Array, slopes: Array) -> dict[str, Array]:
     """Interpolate node values to the samples by cubic Hermite polynomials."""
     left, length, place = plan.interpolation
     shape = (-1,) + (1,) * (values.ndim - 1)

@@ -9,7 +9,7 @@ from jax.typing import ArrayLike
 from rigid.rig import Rig, Surroundings
 from rigid.sensors import readings
 from rigid.solve.drive import Drive
-from rigid.solve.release import rest_under
+from rigid.solve.rest import rest_under
 
 TOLERANCE = 1e-8
 MAX_STEPS = 2_000_000
@@ -51,7 +51,7 @@ def simulate(
     - `contact` [N/m]; `fractions` (levels,): flow fractions, level 0 the shut valve.
     """
     bounds = (drive.first, *drive.switches, np.inf)
-    flat = jnp.zeros(len(rig.scales))
+    flat = rest_under(rig, 0.0, contact)
     rows = []
     for level, begin, end in zip(drive.levels, bounds[:-1], bounds[1:], strict=True):
         inside = drive.times[(drive.times >= begin) & (drive.times < end)]

@@ -59,7 +59,11 @@ class RigSpec(Value):
 
 
 class ModelSpec(Value):
-    """What acts on the rig: names of effects; what a parameter varies by; what may be missing."""
+    """What acts on the rig.
+
+    - `effects`: by name. - `only`: effects that act in one kind, cylinder or record alone.
+    - `vary`: what a parameter varies by. - `candidates`: what may be missing.
+    """
 
     effects: tuple[str, ...] = (
         "load-cell-spring",
@@ -67,6 +71,7 @@ class ModelSpec(Value):
         "viscous-friction",
         "pump-curve",
     )
+    only: Mapping[str, str] = {}
     candidates: tuple[str, ...] | None = None
     vary: Mapping[str, Literal["kind", "cylinder", "record"]] = {}
 

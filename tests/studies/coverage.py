@@ -31,6 +31,8 @@ STARTS = 3
 ESS = 500.0
 BATCH, MOST_DRAWS = 2048, 16_384
 DOF = 32.0
+REFUSED = "refused"
+"""Stands for the quantities of a campaign that the readers refuse (a saturated sensor, say)."""
 COLUMNS = ("seed", "quantity", "truth", "rank", "converged", "gap", "modes")
 
 
@@ -106,6 +108,7 @@ def one_campaign(seed: int, args: argparse.Namespace) -> list[dict]:
 
     from rigid.assemble import assemble
     from rigid.calibrate import mode_of, propose
+    from rigid.errors import InputError
     from rigid.friction import FREQUENCIES
     from rigid.generator.campaign import Conditions, campaign
     from rigid.outcome import channels, frictions, overall_gap, values_of
@@ -121,7 +124,12 @@ def one_campaign(seed: int, args: argparse.Namespace) -> list[dict]:
             conditions=Conditions(args.noise_correlation, clock=CLOCK),
         )
         spec = load_spec(Path(folder) / "calibration.toml")
-        problem = assemble(spec, read_records(spec))
+        try:
+            records = read_records(spec)
+        except InputError as refusal:
+            sys.stderr.write(f"campaign of seed {seed} is refused: {refusal}\n")
+            return [dict.fromkeys(COLUMNS, "") | {"seed": seed, "quantity": REFUSED}]
+        problem = assemble(spec, records)
     found = search(problem, STARTS, seed)
     if args.halve_noise:
         found = search(halved(found), STARTS, seed)
@@ -188,6 +196,7 @@ def verdict(rows: list[dict[str, str]]) -> str:
 
     names = {"k_LC": "k_LC", "kappa": "kappa (every record)", "|mu(0.01 Hz)|": "|mu| at 0 Hz",
              "|mu(80 Hz)|": "|mu| at 80 Hz"}  # fmt: skip
+    refused = sum(row["quantity"] == REFUSED for row in rows)
     lines = ["| quantity | campaigns | 50 % interval covers | band | 90 % interval covers | band |",
              "|---|---|---|---|---|---|"]  # fmt: skip
     for key, label in names.items():
@@ -208,6 +217,7 @@ def verdict(rows: list[dict[str, str]]) -> str:
             cells += [f"{100 * sum(shares) / n:.1f} %",
                       f"{100 * band[0] / n:.0f}-{100 * band[1] / n:.0f} %"]  # fmt: skip
         lines.append("| " + " | ".join(cells) + " |")
+    lines += ["", f"Campaigns that the readers refused, and that are not counted: {refused}."]
     return "\n".join(lines)
 
 

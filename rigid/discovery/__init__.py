@@ -1,0 +1,1 @@
+"""Where simulation and data disagree, and which effect is missing."""

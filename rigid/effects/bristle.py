@@ -1,0 +1,43 @@
+"""Dry friction as a bristle that bends before it slides; the laws differ in where it slides.
+
+Its share s of the sliding force follows ds/dt = (v - |v| s / r) / z, with r = 1 or a limit that
+falls with speed. Sliding steadily it carries r sgn(v). Standing still it keeps its force, hour
+after hour: the rate is proportional to the speed, so nothing creeps. Sources: Dahl 1968, Aerospace
+Corp. TOR-0158(3107-18)-1, for a constant limit; Canudas de Wit, Olsson, Astrom and Lischinsky 1995,
+IEEE Trans. Automatic Control 40(3), eqs. (2)-(4), for one that falls with speed.
+"""
+
+import jax.numpy as jnp
+from jax import Array
+from jax.typing import ArrayLike
+
+PRESLIDING = 2e-5
+"""Bending [m] at which a stiff bristle slides: a tenth of a step of the stroke sensor, so that on
+record the plunger sticks or slides, with nothing to be seen between."""
+
+SPEED_ROUNDING = 1e-7
+"""Speed [m/s] below which |v| is rounded off, so that it has a derivative at rest; a plunger that
+slides on record is ten thousand times as fast."""
+
+
+def magnitude(slip: Array) -> Array:
+    """|v| with its corner rounded off; 0 at rest."""
+    return jnp.sqrt(slip**2 + SPEED_ROUNDING**2) - SPEED_ROUNDING
+
+
+def share_rate(
+    share: Array, slip: Array, limit: ArrayLike = 1.0, bending: ArrayLike = PRESLIDING
+) -> Array:
+    """Rate [1/s] of the share of the sliding force that a bristle carries.
+
+    - `share`: now. - `slip` [m/s]. - `limit`: share at which it slides. - `bending` [m]: there.
+    """
+    return (slip - magnitude(slip) * share / limit) / bending
+
+
+def stribeck_limit(slip: Array, excess: ArrayLike, speed: ArrayLike) -> Array:
+    """Sliding force by speed as a share of that at high speed: 1 + excess exp(-(v/v_S)^2).
+
+    - `excess` [-]: of breaking away. - `speed` [m/s]: v_S, at which it has mostly gone.
+    """
+    return 1.0 + jnp.asarray(excess) * jnp.exp(-((slip / speed) ** 2))

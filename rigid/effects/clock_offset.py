@@ -1,0 +1,36 @@
+"""Channels that do not share their time zero."""
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from jax import Array
+
+from rigid.effects.base import AbstractEffect, Action, State, normal, parameter
+
+
+class ClockOffset(AbstractEffect):
+    """The pressure on record at t is what it was at t - d; load and stroke are on time.
+
+    Signature: the pressure alone is late by d at every corner, by d dp/dt on every slope; a hold
+    that is at rest does not show it.
+    Siblings: hose pressure drop (-0.85: both act on the pressure while the valve is open), lag of
+    the stroke sensor where the pressure hardly moves, entrained air (the load is late too).
+    """
+
+    delay: Array = parameter("pressure_delay", r"d_p", "s", normal(0.0, 0.02), absent=0.0)
+
+    name: ClassVar[str] = "clock-offset"
+    equation: ClassVar[str] = "sensor"
+    source: ClassVar[str] = (
+        "paper, Construction of the hydraulic rig: a field computer and a CR6 logger both record"
+    )
+    steady: ClassVar[bool] = True
+    kinds: ClassVar[tuple[str, ...] | None] = ("frame", "free-run", "field")
+
+    def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
+        """Return nothing: the rig moves as it did."""
+        return Action()
+
+    def delays(self) -> Mapping[str, Array]:
+        """Return by how much the pressure lags."""
+        return {"pressure": self.delay}

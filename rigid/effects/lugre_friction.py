@@ -1,0 +1,38 @@
+"""Friction of bristles that bend visibly before they slide."""
+
+from typing import ClassVar
+
+from jax import Array
+
+from rigid.effects.base import AbstractEffect, Action, State, lognormal, parameter
+from rigid.effects.bristle import share_rate, stribeck_limit
+
+
+class LuGreFriction(AbstractEffect):
+    """F_f = -(F_C s + sigma_1 z ds/dt), s the share that a bristle of bending z carries.
+
+    The viscous part of the law is the effect `viscous-friction`. Signature: a spring of F_C/z in
+    the first tenths of a millimetre after a turn and in the release, Stribeck's law when sliding.
+    Siblings: Stribeck and Coulomb friction where the bending is below the stroke sensor's step;
+    in the release the storage of a branch with memory.
+    """
+
+    force: Array = parameter("F_C", r"F_\mathrm{C}", "N", lognormal(500.0, 4.0), absent=0.0)
+    excess: Array = parameter("stribeck_excess", r"e_\mathrm{S}", "1", lognormal(0.5, 2.0))
+    speed: Array = parameter("v_stribeck", r"v_\mathrm{S}", "m/s", lognormal(2e-3, 2.0))
+    bending: Array = parameter("z_bristle", r"z_\mathrm{s}", "m", lognormal(1e-4, 3.0))
+    damping: Array = parameter("sigma_bristle", r"\sigma_1", "N s/m", lognormal(1e4, 3.0))
+
+    name: ClassVar[str] = "lugre-friction"
+    equation: ClassVar[str] = "plunger-momentum"
+    source: ClassVar[str] = "Canudas de Wit et al. 1995, IEEE Trans. Autom. Control 40(3)"
+    scales: ClassVar[tuple[float, ...]] = (1.0,)
+
+    def __call__(self, state: State, own: tuple[Array, ...]) -> Action:
+        """Return the force of the bristle and the rate at which it bends."""
+        (share,) = own
+        limit = stribeck_limit(state.slip, self.excess, self.speed)
+        rate = share_rate(share, state.slip, limit, self.bending)
+        # Damping goes with the bristle, so that without its force there is none.
+        damped = self.damping * self.bending * rate * self.force / (self.force + 1.0)
+        return Action(between=-self.force * share - damped, rates=(rate,))

@@ -1,0 +1,37 @@
+"""Friction of a seal that the oil presses on."""
+
+from typing import ClassVar
+
+import jax.numpy as jnp
+from jax import Array
+
+from rigid.effects.base import AbstractEffect, Action, State, lognormal, parameter
+from rigid.effects.bristle import share_rate
+
+LEAST_PRESSURE = 1e4
+"""Pascal over which the seal's force sets in, so that suction does not turn it round."""
+
+
+class PressureDependentFriction(AbstractEffect):
+    """F_f = -c p sgn(v_SS) when sliding; what holds it, up to c p, when not.
+
+    Signature: the pressure leads the load by c/S when loading and trails it when unloading; nothing
+    in a run out of load. Siblings: another effective area, which is the same without unloading;
+    Coulomb friction at one load.
+    """
+
+    coefficient: Array = parameter(
+        "c_seal", r"c_\mathrm{s}", "m^2", lognormal(5e-5, 4.0), absent=0.0
+    )
+
+    name: ClassVar[str] = "pressure-dependent-friction"
+    equation: ClassVar[str] = "plunger-momentum"
+    source: ClassVar[str] = "seal friction by contact pressure; Dahl's bristle as for Coulomb"
+    scales: ClassVar[tuple[float, ...]] = (1.0,)
+
+    def __call__(self, state: State, own: tuple[Array, ...]) -> Action:
+        """Return the force of the bristle and the rate at which it bends."""
+        (share,) = own
+        pressing = LEAST_PRESSURE * jnp.logaddexp(0.0, state.pressure / LEAST_PRESSURE)
+        limit = self.coefficient * (pressing - LEAST_PRESSURE * jnp.log(2.0))
+        return Action(between=-limit * share, rates=(share_rate(share, state.slip),))

@@ -1,0 +1,42 @@
+"""The beat of the pump."""
+
+import math
+from typing import ClassVar
+
+import jax.numpy as jnp
+from jax import Array
+
+from rigid.effects.base import AbstractEffect, Action, State, lognormal, parameter, uniform
+from rigid.effects.pump_curve import HALF_DROP, MEAN_FLOW
+
+
+class PumpRipple(AbstractEffect):
+    """q gains a q_fast sin(2 pi f t + phi), t since the record began.
+
+    a is relative to the fast stage's flow, 11.6 l/min, which the pump delivers below p_max. What
+    the phase is in a record is that record's own matter.
+
+    Signature: with the valve open, a line at f in pressure and load, an amplitude a kappa q_fast /
+    (2 pi f) of oil over the rig's compliance in a frame, mu a v/S in a free run; none with the
+    valve shut. The stroke follows below its step.
+    Siblings: none in a frame; in a free run an oscillation of the rig itself (which dies out).
+    A line above half the sampling frequency appears at its alias.
+    """
+
+    amplitude: Array = parameter("ripple", r"a_\mathrm{r}", "1", lognormal(0.03, 3.0), absent=0.0)
+    frequency: Array = parameter("f_ripple", r"f_\mathrm{r}", "Hz", lognormal(8.0, 2.0))
+    phase: Array = parameter(
+        "phase_ripple", r"\varphi_\mathrm{r}", "rad", uniform(-math.pi, math.pi)
+    )
+
+    name: ClassVar[str] = "pump-ripple"
+    equation: ClassVar[str] = "pump"
+    source: ClassVar[str] = (
+        "first harmonic of a periodic delivery; Merritt 1967, ch. 4, pump ripple"
+    )
+    kinds: ClassVar[tuple[str, ...] | None] = ("frame", "free-run", "field")
+
+    def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
+        """Return the periodic part of the flow."""
+        beat = jnp.sin(2.0 * jnp.pi * self.frequency * state.time + self.phase)
+        return Action(inflow=self.amplitude * (MEAN_FLOW + HALF_DROP) * beat)

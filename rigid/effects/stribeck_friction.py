@@ -1,0 +1,31 @@
+"""Dry friction that falls with speed at first."""
+
+from typing import ClassVar
+
+from jax import Array
+
+from rigid.effects.base import AbstractEffect, Action, State, lognormal, parameter
+from rigid.effects.bristle import share_rate, stribeck_limit
+
+
+class StribeckFriction(AbstractEffect):
+    """F_f = -F_C (1 + e exp(-(v/v_S)^2)) sgn(v) when sliding; it takes the place of Coulomb.
+
+    Signature: as Coulomb friction, and more force while the plunger starts, stops or creeps.
+    Siblings: Coulomb friction, which it is where no record is slow enough; friction of bristles.
+    """
+
+    force: Array = parameter("F_C", r"F_\mathrm{C}", "N", lognormal(500.0, 4.0), absent=0.0)
+    excess: Array = parameter("stribeck_excess", r"e_\mathrm{S}", "1", lognormal(0.5, 2.0))
+    speed: Array = parameter("v_stribeck", r"v_\mathrm{S}", "m/s", lognormal(2e-3, 2.0))
+
+    name: ClassVar[str] = "stribeck-friction"
+    equation: ClassVar[str] = "plunger-momentum"
+    source: ClassVar[str] = "Armstrong-Helouvry, Dupont, Canudas de Wit 1994, Automatica 30(7)"
+    scales: ClassVar[tuple[float, ...]] = (1.0,)
+
+    def __call__(self, state: State, own: tuple[Array, ...]) -> Action:
+        """Return the force of the bristle and the rate at which it bends."""
+        (share,) = own
+        limit = stribeck_limit(state.slip, self.excess, self.speed)
+        return Action(between=-self.force * share, rates=(share_rate(share, state.slip, limit),))

@@ -1,0 +1,102 @@
+"""The section on bands: its content, through the template, into the folder's page."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from rigid.plots.bands import FieldShown, drops_figure, field_figure
+from rigid.plots.vector import svg
+from rigid.report.content import Check
+from rigid.report.figures import Illustration
+from rigid.report.page import Section, rebuild, write_section
+from rigid.report.templating import environment
+
+NAME, ORDER = "bands", 20
+
+
+@dataclass(frozen=True)
+class BudgetRow:
+    """One number of the budget; `parts` are standard uncertainties in the order of the heads."""
+
+    place: str
+    name: str
+    unit: str
+    median: float
+    q05: float
+    q95: float
+    combined: float
+    parts: tuple[float | None, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class FieldContent:
+    """One field test.
+
+    - shown: for the figures; budget: its rows; files: (name, what it holds) written for it
+    - events: sentences on falls of the load and movements of the valve
+    """
+
+    shown: FieldShown
+    budget: tuple[BudgetRow, ...]
+    events: tuple[str, ...]
+    files: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class BandsContent:
+    """The section on bands, complete.
+
+    - heads: names of the parts of the budget; posterior: file the draws come from
+    """
+
+    title: str
+    simulated: bool
+    usable: bool
+    checks: tuple[Check, ...]
+    heads: tuple[str, ...]
+    records: tuple[FieldContent, ...]
+    draws: int
+    posterior: str
+    command: str
+    version: str
+    seed: int
+
+
+def illustrations(record: FieldContent, simulated: bool) -> list[Illustration]:
+    """The figures of one record: the whole test, and its drops seen close."""
+    name = re.sub(r"[^A-Za-z0-9]+", "-", record.shown.record)
+    whole = Illustration(
+        f"fig-bands-{name}",
+        svg(field_figure(record.shown, simulated), f"fig-bands-{name}"),
+        f"Record {record.shown.record}: ice load, displacement of the plate and κ, median with the "
+        "bands that hold 50 and 90 %. Dotted: movements of the valve found in the record. Below: "
+        "what the uncertainty of the load is made of, as standard deviations.",
+        f"Ice load, displacement and kappa over time with bands, record {record.shown.record}",
+    )
+    close = drops_figure(record.shown, simulated)
+    if close is None:
+        return [whole]
+    key = f"fig-bands-drops-{name}"
+    caption = (
+        "The greatest falls of the load seen close. Dots: what the load cells read. Below: how far "
+        "the plate moved since the left edge; the band is that of the displacement itself, so it "
+        "has width there, too."
+    )
+    alt = f"Ice load and displacement about the drops of record {record.shown.record}"
+    return [whole, Illustration(key, svg(close, key), caption, alt)]
+
+
+def section(content: BandsContent) -> Section:
+    """The section as HTML; the same content gives the same bytes."""
+    figures = [illustrations(record, content.simulated) for record in content.records]
+    template = environment().get_template("bands.html.j2")
+    html = template.render(
+        content=content, records=list(zip(content.records, figures, strict=True))
+    )
+    return Section(NAME, ORDER, "Ice load and displacement", html, content.title, content.simulated)
+
+
+def write_report(content: BandsContent, folder: Path) -> Path:
+    """Writes the section and rebuilds `index.html`; returns the path of the page."""
+    write_section(folder, section(content))
+    return rebuild(folder)

@@ -1,0 +1,1 @@
+"""A field record smoothed: the unknown ice load as a latent force on a known rig."""

@@ -1,0 +1,173 @@
+"""Draws of the rig and its sensors from the posterior of a calibration."""
+
+import dataclasses
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import jax.numpy as jnp
+import numpy as np
+import xarray as xr
+from pydantic import ValidationError
+
+from rigid.assemble import chosen_effects, sheets
+from rigid.effects import AbstractEffect
+from rigid.errors import InputError
+from rigid.export import DIMENSIONS
+from rigid.parameters import scoped
+from rigid.posterior import load_posterior
+from rigid.rig import build_rig
+from rigid.smoothing.field import Field
+from rigid.smoothing.learning import Sheet
+from rigid.smoothing.model import QUANTITIES, Calibration
+from rigid.smoothing.smoother import Draws
+from rigid.spec import Spec
+from rigid.spec.values import SpecBody
+
+CORE = ("M_HC", "M_Pl", "M_Fl", "S_Pl", "L_0")
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Law:
+    """One way the rig may be: what acts on it, and draws of its numbers.
+
+    - `name`: for tables. - `weight`: its probability. - `effects`: what acts.
+    - `values`: (draws,) by flat label, sensors' gains and zeros included.
+    """
+
+    name: str
+    weight: float
+    effects: tuple[type[AbstractEffect], ...]
+    values: Mapping[str, np.ndarray]
+
+    @property
+    def size(self) -> int:
+        """Number of draws."""
+        return max(v.size for v in self.values.values())
+
+    def only(self, rows: np.ndarray) -> "Law":
+        """Return some of the draws, in this order."""
+        size = self.size
+        picked = {k: v[rows] if v.size == size else v for k, v in self.values.items()}
+        return dataclasses.replace(self, values=picked)
+
+    def centre(self) -> "Law":
+        """Return one draw: the median of every number."""
+        return dataclasses.replace(
+            self, values={k: np.median(v, keepdims=True) for k, v in self.values.items()}
+        )
+
+    def with_sensors_of(self, other: "Law") -> "Law":
+        """Return this rig with the sensors of another draw or draws."""
+        sensors = {k: v for k, v in other.values.items() if k.startswith(("gain[", "zero["))}
+        return dataclasses.replace(self, values=dict(self.values) | sensors)
+
+
+def read_law(spec: Spec, path: Path, rng: np.random.Generator) -> Law:
+    """Read the law of a spec's rig from a posterior.
+
+    - `rng`: draws gains and zeros of sensors that the posterior does not know.
+
+    Raises InputError where the posterior is not one of this rig and its effects.
+    """
+    tree = load_posterior(path)
+    _require_same(spec, path, tree)
+    values = _values(tree["posterior"].to_dataset())
+    if "constant_data" in tree.children:
+        for name, known in tree["constant_data"].to_dataset().data_vars.items():
+            values[str(name)] = np.atleast_1d(np.asarray(known.values, dtype=float))
+    law = Law("/".join(spec.model.effects), 1.0, chosen_effects(spec), values)
+    return dataclasses.replace(law, values=values | _unknown_sensors(spec, law, rng))
+
+
+def _require_same(spec: Spec, path: Path, tree: xr.DataTree) -> None:
+    """Refuse the posterior of another rig or of other effects."""
+    found = str(tree.attrs.get("effects", "")).split(",")
+    if sorted(found) != sorted(spec.model.effects):
+        raise InputError(
+            f"{path}: posterior of a rig with {', '.join(found)}; {spec.path} [model] effects has "
+            f"{', '.join(spec.model.effects)}; run `python -m rigid.fit` on this spec, or name its "
+            "posterior in [bands]"
+        )
+    try:
+        body = SpecBody.model_validate(tomllib.loads(str(tree.attrs["spec"])))
+    except (KeyError, tomllib.TOMLDecodeError, ValidationError):
+        raise InputError(f"{path}: does not tell of which spec it is the posterior") from None
+    if body.rig != spec.rig:
+        there, here = body.rig.model_dump(), spec.rig.model_dump()
+        other = [k for k in here if here[k] != there.get(k)]
+        raise InputError(
+            f"{path}: posterior of another rig; [rig] {', '.join(other)} is not the same there as "
+            f"in {spec.path}; run `python -m rigid.fit` on this spec"
+        )
+
+
+def _values(body: xr.Dataset) -> dict[str, np.ndarray]:
+    """Flat labels of a posterior group, (draws,) each."""
+    out = {}
+    for name, variable in body.data_vars.items():
+        if "frequency" in variable.dims:
+            continue
+        dims = [str(d) for d in variable.dims[2:]]
+        own = len([d for d in dims if d.removeprefix(f"{name}_") in DIMENSIONS.get(str(name), ())])
+        flat = np.asarray(variable.values).reshape(-1, *variable.shape[2:])
+        for place in np.ndindex(*variable.shape[2:]):
+            words = [str(variable[d].values[i]) for d, i in zip(dims, place, strict=True)]
+            column = flat[(slice(None), *place)]
+            if np.isfinite(column).all():
+                out[_label(str(name), words[:own], words[own:])] = column
+    return out
+
+
+def _label(name: str, own: Sequence[str], view: Sequence[str]) -> str:
+    while own and own[-1] == "1" and name.startswith("kappa_tank"):
+        own = own[:-1]
+    return name + "".join(f"[{','.join(words)}]" for words in (own, view) if words)
+
+
+def _unknown_sensors(spec: Spec, law: Law, rng: np.random.Generator) -> dict[str, np.ndarray]:
+    """Gain, zero and noise of the field records' sensors that no calibration record read."""
+    out, size = {}, law.size
+    for record in spec.records:
+        for quantity in QUANTITIES if record.kind == "field" else ():
+            place, sheet = f"[{quantity},{record.cylinder}]", sheets(spec)[quantity]
+            if f"gain{place}" not in law.values:
+                out[f"gain{place}"] = sheet.gain_sd * rng.standard_normal(size)
+                out[f"zero{place}"] = sheet.zero_sd * rng.standard_normal(size)
+            if f"noise{place}" not in law.values:
+                out[f"noise{place}"] = np.array([sheet.noise])
+    return out
+
+
+def draws(law: Law, field: Field) -> Draws:
+    """Return all draws of a law as one batch for a cylinder's record.
+
+    Raises InputError where the posterior has no value of a parameter for field records.
+    """
+    seen = scoped(law.values, ("field", field.cylinder, field.label))
+    names = [*CORE, *(n for e in law.effects for p in e.parameters() for n in p.labels)]
+    for name in names:
+        if name not in seen:
+            known = [k for k in seen if k.startswith(f"{name}[")]
+            told = f"only {', '.join(known)}" if known else "none at all"
+            raise InputError(
+                f"the posterior has no {name} for field records, {told}; fit a model in which "
+                f"{name} does not vary by kind"
+            )
+    wide = {n: jnp.broadcast_to(jnp.asarray(seen[n]), (law.size,)) for n in names}
+    sensors = [
+        jnp.stack(
+            [
+                jnp.broadcast_to(jnp.asarray(seen[f"{what}[{q},{field.cylinder}]"]), (law.size,))
+                for q in QUANTITIES
+            ]
+        )
+        for what in ("gain", "zero")
+    ]
+    return Draws(build_rig(law.effects, wide), Calibration(*sensors))
+
+
+def sheet(spec: Spec, law: Law, cylinder: str) -> Sheet:
+    """Noise as the calibration found it, and the converters' steps."""
+    noise = [float(np.median(law.values[f"noise[{q},{cylinder}]"])) for q in QUANTITIES]
+    return Sheet(np.array(noise), np.array([spec.sensors[q].step for q in QUANTITIES]))

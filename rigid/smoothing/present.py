@@ -1,0 +1,105 @@
+"""From bands to what their section of the page shows."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from rigid import __version__
+from rigid.plots.bands import Banded, FieldShown
+from rigid.plots.metrology import significant
+from rigid.report.bands import BandsContent, BudgetRow, FieldContent
+from rigid.report.content import Check
+from rigid.smoothing.budget import PARTS
+from rigid.smoothing.events import falls, turns
+from rigid.smoothing.output import unit
+from rigid.smoothing.run import Bands
+from rigid.spec import Spec
+
+
+def content(spec: Spec, made: dict[str, Any], found: Sequence[Bands], draws: int) -> BandsContent:
+    """Gather the section; `made` is what goes to JSON."""
+    assert spec.bands is not None  # the command has asked for it
+    return BandsContent(
+        title=spec.title or spec.path.stem,
+        simulated=spec.simulated,
+        usable=made["usable"],
+        checks=tuple(Check(**c) for c in made["checks"]),
+        heads=PARTS,
+        records=tuple(_record(one) for one in found),
+        draws=draws,
+        posterior=spec.bands.posterior.name,
+        command=f"python -m rigid.bands {spec.path.stem}",
+        version=__version__,
+        seed=made["seed"],
+    )
+
+
+def _record(found: Bands) -> FieldContent:
+    rows = tuple(BudgetRow(**vars(line)) for line in found.budget)
+    files = (
+        (f"bands/{found.name}.csv", "median and quantiles over time"),
+        (f"bands/{found.name}-parts.csv", "standard deviations over time by their cause"),
+    )
+    return FieldContent(shown(found), rows, _events(found), files)
+
+
+def _events(found: Bands) -> tuple[str, ...]:
+    out = []
+    for field, learned in zip(found.test.fields, found.test.learned, strict=True):
+        for turn in turns(field, learned):
+            out.append(
+                f"Cylinder {turn.cylinder}: the valve moved at {turn.time:.2f} s, κ went from "
+                f"{turn.before:.3f} to {turn.after:.3f}."
+            )
+        dropped = falls(field, learned)
+        if dropped:
+            told = ", ".join(
+                f"{significant(f.before, 'N')} to {significant(f.after, 'N')} at {f.time:.2f} s"
+                for f in dropped
+            )
+            out.append(f"Cylinder {field.cylinder}: the load fell from {told}.")
+    return tuple(out)
+
+
+def shown(found: Bands) -> FieldShown:
+    """What the figures of a record show."""
+
+    def banded(*names: str) -> tuple[Banded, ...]:
+        return tuple(
+            Banded(name.split("_", 1)[1], unit(name), found.bands[name].quantiles)
+            for name in names
+            if name in found.bands
+        )
+
+    cylinders = [f.cylinder for f in found.test.fields]
+    loads = banded(*(f"load_{c}" for c in cylinders), "load_total")
+    pairs = list(zip(found.test.fields, found.test.learned, strict=True))
+    dropped = [fall for f, one in pairs for fall in falls(f, one)]
+    dropped.sort(key=lambda fall: fall.after - fall.before)
+    instants: list[float] = []
+    for fall in dropped:
+        if all(abs(fall.time - other) > 0.2 for other in instants):
+            instants.append(fall.time)
+    return FieldShown(
+        record=found.name,
+        time=found.time,
+        loads=loads,
+        displacements=banded(*(f"displacement_{c}" for c in cylinders)),
+        kappas=banded(*(f"kappa_{c}" for c in cylinders)),
+        readings=tuple(
+            (f.cylinder, f.first + f.interval * np.arange(f.samples), _known(f.reading, f.known))
+            for f in found.test.fields
+        ),
+        parts=tuple(zip(PARTS, _load_parts(found, loads[-1].place), strict=True)),
+        falls=tuple(instants),
+        turns=tuple((t.cylinder, t.time) for f, one in pairs for t in turns(f, one)),
+    )
+
+
+def _known(reading: np.ndarray, known: np.ndarray) -> np.ndarray:
+    return np.where(known[:, 0] > 0, reading[:, 0], np.nan)
+
+
+def _load_parts(found: Bands, place: str) -> np.ndarray:
+    return found.bands[f"load_{place}"].parts

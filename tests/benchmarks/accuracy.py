@@ -1,0 +1,98 @@
+"""Error of the fast ways against the full solve, over draws from prior and posterior."""
+
+import time
+from dataclasses import dataclass
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from campaign import Bench
+from reference import predictions
+from table import Row
+
+from rigid.likelihood import fitted
+from rigid.problem import Problem, predict
+
+TOLERANCE = 1e-10
+COUNT = 0.05985504150390625
+"""m/s^2, of the accelerometer; its sheet has no step."""
+MOST_DIFFERENCE = 0.1
+
+
+@dataclass(frozen=True)
+class Error:
+    """Of one point z: worst error in tenths of a step by quantity, where, and in log-posterior."""
+
+    worst: dict[str, tuple[float, str]]
+    difference: float
+    seconds: float
+
+
+@eqx.filter_jit
+def log_likelihood(problem: Problem, series: list, values: dict) -> jnp.ndarray:
+    """rigid's own likelihood of simulated readings."""
+    return fitted(problem.pieces, series, values).value
+
+
+def error_at(problem: Problem, z: np.ndarray) -> Error:
+    """Compare at one point z (size,)."""
+    began = time.perf_counter()
+    values = problem.parameters.values(jnp.asarray(z)[None])
+    exact = predictions(problem, {k: v[0] for k, v in values.items()}, TOLERANCE)
+    seconds = time.perf_counter() - began
+    fast = predict(problem, jnp.asarray(z)[None])
+    worst: dict[str, tuple[float, str]] = {}
+    for piece in problem.pieces:
+        bar = 0.1 * (piece.sheet.step or COUNT)
+        off = np.abs(np.asarray(piece.reading(fast)) - exact[piece.group][piece.quantity])
+        size = np.max(off[..., 0] * (np.asarray(piece.weight) > 0), axis=0) / bar
+        i = int(np.argmax(size))
+        label = problem.groups[piece.group].tracks[piece.tracks[i]].label
+        worst[piece.quantity] = max(worst.get(piece.quantity, (0.0, "")), (float(size[i]), label))
+    both = [float(log_likelihood(problem, s, values)[0]) for s in (fast, exact)]
+    return Error(worst, abs(both[0] - both[1]), seconds)
+
+
+def told(errors: list[Error]) -> tuple[float, str]:
+    """Worst error of all, and what it is by sensor."""
+    by = {q: max(e.worst[q] for e in errors) for q in errors[0].worst}
+    said = ", ".join(f"{q} {size:.3g} ({label})" for q, (size, label) in by.items())
+    return max(size for size, _ in by.values()), said
+
+
+def rows(bench: Bench) -> list[Row]:
+    """Worst errors over draws from the prior and from the posterior."""
+    problem, out = bench.problem, []
+    prior = np.random.default_rng(7).standard_normal((bench.choose(2, 12), problem.parameters.size))
+    for name, points in (("prior", prior), ("posterior", bench.draws(bench.choose(1, 6)))):
+        errors = [error_at(problem, z) for z in points]
+        size, said = told(errors)
+        seconds = float(np.median([e.seconds for e in errors]))
+        against = f"`rigid.solve.full` at {TOLERANCE:g}, {len(points)} draws from the {name}"
+        notes = (
+            f"tenths of a step: {said}",
+            f"the accelerometer's step is taken as {COUNT:.4f} m/s^2; the full solve took "
+            f"{seconds:.3g} s a draw",
+        )
+        out.append(
+            Row(
+                "worst error of a reading, in tenths of its sensor's step",
+                against,
+                f"{size:.3g}",
+                "below 1",
+                size < 1.0,
+                notes,
+            )
+        )
+        difference = max(e.difference for e in errors)
+        out.append(
+            Row(
+                "difference of the log-posteriors",
+                against,
+                f"{difference:.3g}",
+                f"below {MOST_DIFFERENCE:g}",
+                difference < MOST_DIFFERENCE,
+                ("by draw: " + ", ".join(f"{e.difference:.3g}" for e in errors),),
+            )
+        )
+    return out

@@ -1,0 +1,133 @@
+"""The same log-posterior with SciPy's LSODA, one walker at a time.
+
+The rig's own equations in plain Python floats; the solver restarts at every switch of the valve
+and never steps over one. What it simulates goes through rigid's own likelihood.
+"""
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from scipy.integrate import odeint
+
+from rigid.effects.pump_curve import HALF_DROP, MEAN_FLOW, STEEPNESS
+from rigid.groups import AbstractGroup, flow_label
+from rigid.likelihood import fitted
+from rigid.parameters import scoped
+from rigid.problem import LOG_2PI, Problem
+from rigid.rig import CORE_SCALES
+from rigid.tracks import Track
+
+RTOL = 1e-6
+ATOL = 1e-8
+"""In units of the typical sizes below: 1e-12 m, 1e-9 m/s, 0.01 Pa, 1e-5 N."""
+SCALES = np.array((*CORE_SCALES, 1e3, 1e3))
+MAX_STEPS = 1_000_000
+EDGE = 1e-9
+"""[s]: a sample this close to a switch lies on it; LSODA refuses steps of 1e-16 s."""
+Values = dict[str, float]
+Rates = Callable[[np.ndarray, float], Sequence[float]]
+
+
+def rates_of(v: Values, contact: float, fraction: float) -> Rates:
+    """Equations (2)-(13) with friction of memory, for one position of the valve."""
+    m1, m2 = v["M_HC"] - v["M_Pl"], v["M_Pl"] + 0.5 * v["M_Fl"]
+    area, column, spring, mu = v["S_Pl"], v["L_0"], v["k_LC"], v["mu"]
+    modulus, p_max, tanh = v["k_oil"] / area, v["p_max"], math.tanh
+    mu1, mu2 = v["mu_branch[1]"], v["mu_branch[2]"]
+    tau1, tau2 = v["tau_branch[1]"], v["tau_branch[2]"]
+    mean, drop = fraction * MEAN_FLOW, fraction * HALF_DROP
+
+    def rates(y: np.ndarray, _time: float) -> Sequence[float]:
+        x1, v1, x2, v2, p, r1, r2 = y.tolist()
+        slip = v2 - v1
+        between = area * p - mu * slip - r1 - r2
+        inflow = mean - drop * tanh(STEEPNESS * (p - p_max)) - area * slip
+        return (
+            v1,
+            (-spring * x1 - between) / m1,
+            v2,
+            (between - contact * x2) / m2,
+            modulus * inflow / (column + x2 - x1),
+            (mu1 * slip - r1) / tau1,
+            (mu2 * slip - r2) / tau2,
+        )
+
+    return rates
+
+
+class LsodaPosterior:
+    """log-posterior(z) of one walker (size,); counts the seconds spent in the solver.
+
+    - `rtol`: relative; `atol`: in units of the states' typical sizes.
+    """
+
+    def __init__(self, problem: Problem, rtol: float = RTOL, atol: float = ATOL):
+        self.problem, self.rtol, self.atol = problem, rtol, atol * SCALES
+        self.solving = 0.0
+        self._values = eqx.filter_jit(lambda p, z: p.parameters.values(z))
+        self._likelihood = eqx.filter_jit(lambda p, s, v: fitted(p.pieces, s, v).value)
+
+    def __call__(self, z: np.ndarray) -> float:
+        values = self._values(self.problem, jnp.asarray(z)[None])
+        began = time.perf_counter()
+        series = self.simulate({k: v.item() for k, v in jax.device_get(values).items()})
+        self.solving += time.perf_counter() - began
+        value = float(self._likelihood(self.problem, series, values)[0])
+        return value - 0.5 * float(z @ z) - 0.5 * len(z) * LOG_2PI
+
+    def simulate(self, values: Values) -> list[dict[str, np.ndarray]]:
+        """Ideal readings of every group, (samples, tracks, 1), as `Problem.predict` gives them."""
+        return [self._group(group, values) for group in self.problem.groups]
+
+    def _group(self, group: AbstractGroup, values: Values) -> dict[str, np.ndarray]:
+        out = {q: np.zeros((group.samples, len(group.tracks), 1)) for q in group.quantities}
+        for i, track in enumerate(group.tracks):
+            seen = scoped(values, track.scope)
+            one = self._slow(track, seen) if track.drive else self._release(track, seen)
+            for quantity, (first, series) in one.items():
+                out[quantity][first : first + len(series), i, 0] = series
+        return out
+
+    def _slow(self, track: Track, v: Values) -> dict[str, tuple[int, np.ndarray]]:
+        """Load, stroke and pressure of a driven record."""
+        drive = track.drive
+        assert drive is not None  # a slow record has one
+        contact = v["k_frame"] if track.kind == "frame" else 0.0
+        times = drive.times
+        bounds = (drive.first, *(s for s in drive.switches if s < times[-1]), times[-1])
+        state, parts = np.zeros(7), []
+        for level, (begin, end) in zip(drive.levels, pairwise(bounds), strict=False):
+            last = end == times[-1]
+            inside = times[(times > begin - EDGE) & ((times < end - EDGE) | last)]
+            later = inside[(inside > begin + EDGE) & (inside < end)]
+            fraction = v[flow_label(track, level)] if level else 0.0
+            path = self._solve(rates_of(v, contact, fraction), state, (begin, *later, end))
+            state = path[-1]
+            at_begin = len(inside) - len(later) - last
+            parts.append(path[1 - at_begin : None if last else -1])
+        y = np.concatenate(parts)
+        series = {"load": -v["k_LC"] * y[:, 0], "stroke": y[:, 2] - y[:, 0], "pressure": y[:, 4]}
+        return {quantity: (0, s) for quantity, s in series.items()}
+
+    def _release(self, track: Track, v: Values) -> dict[str, tuple[int, np.ndarray]]:
+        """Acceleration after a release, from rest under the preload."""
+        assert track.onset is not None  # a release has one
+        preload = v[f"preload[{track.label}]"]
+        at_rest = -preload / v["k_LC"]
+        start = np.array([at_rest, 0.0, at_rest, 0.0, preload / v["S_Pl"], 0.0, 0.0])
+        delay = float(track.onset_time) - v[f"release_time[{track.label}]"]
+        times = delay + track.interval * np.arange(track.samples - track.onset)
+        rates = rates_of(v, 0.0, 0.0)
+        path = self._solve(rates, start, (0.0, *times))[1:]
+        return {"acceleration": (track.onset, np.array([rates(y, 0.0)[3] for y in path]))}
+
+    def _solve(self, rates: Rates, state: np.ndarray, times: Sequence[float]) -> np.ndarray:
+        return odeint(
+            rates, state, times, rtol=self.rtol, atol=self.atol, tcrit=times[-1:], mxstep=MAX_STEPS
+        )

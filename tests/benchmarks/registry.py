@@ -1,0 +1,22 @@
+"""The rows by name. A new row is a function of the bench, and a line here."""
+
+from collections.abc import Callable
+
+import accuracy
+import ess
+import growth
+import joint
+import release
+import wall
+from campaign import Bench
+from table import Row
+
+ROWS: dict[str, Callable[[Bench], list[Row]]] = {
+    "joint": joint.rows,
+    "friction": joint.friction_rows,
+    "release": release.rows,
+    "ess": ess.rows,
+    "wall": wall.rows,
+    "growth": growth.rows,
+    "accuracy": accuracy.rows,
+}

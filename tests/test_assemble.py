@@ -1,0 +1,83 @@
+"""From a spec to a problem: where effects act, and what a spec may not ask for."""
+
+from pathlib import Path
+
+import pytest
+
+from rigid.assemble import assemble
+from rigid.errors import InputError
+from rigid.records.read import read_records
+from rigid.spec import load_spec
+
+EXAMPLE = Path(__file__).parents[1] / "fits" / "calibration.toml"
+RECORDS = '"../data/reference/'
+
+
+def problem_with(folder: Path, p_max: str = "700e5", **model: str):
+    """The reference campaign under another [model] and pump."""
+    text = EXAMPLE.read_text("utf-8")
+    begin, end = text.index("[model]"), text.index("[[records]]")
+    table = "\n".join(f"{key} = {value}" for key, value in model.items())
+    assert "[rig]" not in text
+    text = text[:begin] + f"[rig]\np_max = {p_max}\n\n[model]\n{table}\n\n" + text[end:]
+    path = folder / "changed.toml"
+    data = EXAMPLE.parents[1] / "data" / "reference"
+    path.write_text(text.replace(RECORDS, f'"{data.as_posix()}/'), "utf-8")
+    spec = load_spec(path)
+    return assemble(spec, read_records(spec))
+
+
+def effects(*more: str) -> str:
+    base = ("load-cell-spring", "oil-compressibility", "viscous-friction", "pump-curve", *more)
+    return str(list(base)).replace("'", '"')
+
+
+def test_an_effect_confined_to_a_record_acts_there_alone(tmp_path: Path):
+    found = problem_with(
+        tmp_path,
+        effects=effects("coulomb-friction"),
+        only='{ coulomb-friction = "free-run-2,A" }',
+    )
+    with_it = [g for g in found.groups if any(e.name == "coulomb-friction" for e in g.effects)]
+    assert [t.label for g in with_it for t in g.tracks] == ["free-run-2,A"]
+    assert sum(len(g.tracks) for g in found.groups) == 11
+    assert "F_C" in found.parameters.labels
+
+
+def test_an_effect_that_acts_in_one_kind_is_left_out_elsewhere(tmp_path: Path):
+    found = problem_with(
+        tmp_path, effects=effects("coulomb-friction"), only='{ coulomb-friction = "frame" }'
+    )
+    for group in found.groups:
+        names = [e.name for e in group.effects]
+        assert ("coulomb-friction" in names) == (group.tracks[0].kind == "frame")
+
+
+def test_records_near_the_pumps_change_of_stage_take_the_other_way(tmp_path: Path):
+    far = problem_with(tmp_path, effects=effects())
+    assert not any(getattr(g, "bent", False) for g in far.groups)
+    near = problem_with(tmp_path, effects=effects(), p_max="200e5")
+    bent = {t.label for g in near.groups if getattr(g, "bent", False) for t in g.tracks}
+    assert bent == {"frame-1,A", "frame-2,B", "frame-3,A"}  # a free run is out of load
+
+
+@pytest.mark.parametrize(
+    ("model", "says"),
+    [
+        (
+            {"effects": effects("coulomb-friction"), "only": '{ coulomb-friction = "free-run-9" }'},
+            "only coulomb-friction: unknown name 'free-run-9'",
+        ),
+        (
+            {"effects": effects(), "only": '{ coulomb-friction = "frame" }'},
+            "only: unknown name 'coulomb-friction'",
+        ),
+        (
+            {"effects": effects("coulomb-friction", "stribeck-friction")},
+            "'coulomb-friction' and 'stribeck-friction' are two laws for one thing",
+        ),
+    ],
+)
+def test_what_is_not_there_is_refused_with_a_sentence(tmp_path: Path, model, says: str):
+    with pytest.raises(InputError, match=says):
+        problem_with(tmp_path, **model)

@@ -1,0 +1,125 @@
+"""Steps with the Jacobian of the moment: against a matrix exponential, and LSODA with friction."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from rigs import BASE, MEMORY, NOMINAL, drive, rig_of
+from scipy.integrate import odeint
+from test_solve import BARS, FRACTIONS, LINEAR, RECORD, exact
+
+from rigid.effects.bristle import share_rate
+from rigid.rig import FREE, Surroundings
+from rigid.sensors import readings
+from rigid.solve import release, rosenbrock
+from rigid.solve.drive import plan
+
+DRY = {
+    "coulomb-friction": {"F_C": 800.0},
+    "stribeck-friction": {"F_C": 800.0, "stribeck_excess": 0.5, "v_stribeck": 2e-3},
+    "lugre-friction": {
+        "F_C": 800.0, "stribeck_excess": 0.5, "v_stribeck": 2e-3,
+        "z_bristle": 1e-4, "sigma_bristle": 1e4,
+    },
+    "pressure-dependent-friction": {"c_seal": 1e-4},
+}  # fmt: skip
+# Pumping, a hold under a shut valve, letting off: the plunger starts, sticks and turns.
+TURNING = drive(140, (0.203, 0.637, 0.9), (0, 1, 0, 2))
+FLOWS = [0.0, 0.1, -0.2]
+
+
+@eqx.filter_jit
+def marched(rig, contact, fractions, record):
+    return rosenbrock.march(rig, contact, fractions, plan((record,), long_steps=False))
+
+
+def by_steps(values, names, contact: float, flows, record) -> dict[str, np.ndarray]:
+    rig = rig_of(values, names, walkers=True)
+    out = marched(rig, jnp.asarray([contact]), jnp.asarray(flows)[:, None, None], record)
+    return {k: np.asarray(x[: record.samples, 0, 0]) for k, x in out.items()}
+
+
+def by_lsoda(values, names, contact: float, flows, record) -> dict[str, np.ndarray]:
+    """The same record by SciPy, restarted at every switch."""
+    rig = rig_of(values, names)
+    scales = np.array(rig.scales)
+
+    @jax.jit
+    def rates(scaled, flow):
+        moved = rig.motion(scaled * scales, Surroundings(contact, 0.0, flow)).rates
+        return jnp.stack([jnp.broadcast_to(r, ()) for r in moved]) / scales
+
+    flat, rows = np.zeros(len(scales)), []
+    bounds = (record.first, *record.switches, np.inf)
+    for level, begin, end in zip(record.levels, bounds[:-1], bounds[1:], strict=True):
+        inside = record.times[(record.times >= begin) & (record.times < end)]
+        times = np.unique([begin, *inside, min(end, record.times[-1])])
+        path = odeint(
+            lambda y, _, flow: np.asarray(rates(y, flow)), flat, times, args=(flows[level],),
+            rtol=1e-9, atol=1e-9, tcrit=times[-1:], mxstep=1_000_000,
+        )  # fmt: skip
+        outside = Surroundings(contact, 0.0, flows[level])
+        for y in path[np.searchsorted(times, inside)]:
+            rows.append(readings(rig, jnp.asarray(y * scales), outside)[:3])
+        flat = path[-1]
+    return dict(zip(("load", "stroke", "pressure"), np.array(rows, dtype=float).T, strict=True))
+
+
+def worst(got: dict[str, np.ndarray], expected: dict[str, np.ndarray]) -> float:
+    """Greatest error, in tenths of the sensors' steps."""
+    return max(np.abs(got[k] - expected[k]).max() / bar for k, bar in BARS.items())
+
+
+@pytest.mark.parametrize("contact", [NOMINAL["k_frame"], 0.0])
+def test_linear_rig_follows_the_matrix_exponential(contact: float):
+    values = NOMINAL | LINEAR
+    expected = exact(values, contact, FRACTIONS, RECORD)
+    got = by_steps(values, MEMORY, contact, FRACTIONS, RECORD)
+    for name, series in expected.items():
+        error = np.abs(got[name] - series).max() / np.abs(series).max()
+        assert error < 1e-8, (name, error)
+
+
+LAWS = [n if n == "coulomb-friction" else pytest.param(n, marks=pytest.mark.slow) for n in DRY]
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("contact", [pytest.param(NOMINAL["k_frame"], marks=pytest.mark.slow), 0.0])
+def test_dry_friction_follows_the_reference_below_a_tenth_of_a_sensors_step(law, contact: float):
+    values, names = NOMINAL | DRY[law], (*BASE, law)
+    expected = by_lsoda(values, names, contact, FLOWS, TURNING)
+    assert worst(by_steps(values, names, contact, FLOWS, TURNING), expected) < 1.0
+    without = by_steps(NOMINAL, BASE, contact, FLOWS, TURNING)
+    assert worst(without, expected) > 5.0  # the law is seen, and the check can fail
+
+
+def test_a_pump_that_changes_its_stage_follows_the_reference():
+    """In the frame the pressure passes p_max; step matrices made at rest would be far off."""
+    record, values = drive(140, (0.203, 1.2), (0, 1, 0)), NOMINAL | {"p_max": 40e5}
+    expected = by_lsoda(values, BASE, NOMINAL["k_frame"], FLOWS, record)
+    assert expected["pressure"].max() > 60e5
+    assert worst(by_steps(values, BASE, NOMINAL["k_frame"], FLOWS, record), expected) < 1.0
+
+
+def test_a_stuck_plunger_keeps_its_force():
+    """Nothing creeps: over minutes of hold the share of the bristle is what it was."""
+    assert float(share_rate(jnp.asarray(0.7), jnp.asarray(0.0))) == 0.0
+    values, names = NOMINAL | DRY["coulomb-friction"], (*BASE, "coulomb-friction")
+    rig = rig_of(values, names)
+    share = 0.6
+    # At rest with the valve shut: the oil carries what the friction does not.
+    flat = jnp.zeros(6).at[5].set(share).at[4].set(share * 800.0 / NOMINAL["S_Pl"])
+    hold = eqx.filter_jit(
+        lambda y: jax.lax.fori_loop(0, 3000, lambda _, y: rosenbrock.step(rig, y, FREE, 0.08), y)
+    )
+    held = hold(flat)
+    np.testing.assert_allclose(held, flat, rtol=1e-9, atol=1e-12)
+
+
+def test_release_of_a_linear_rig_is_that_of_the_matrix_exponential():
+    rig = rig_of(NOMINAL | LINEAR, walkers=True)
+    how = (jnp.asarray([[6e3]]), jnp.asarray([[2e-4]]), 1 / 1600, 128)
+    got = np.asarray(eqx.filter_jit(rosenbrock.ring)(rig, *how))
+    expected = np.asarray(eqx.filter_jit(release.ring)(rig, *how))
+    assert np.abs(got - expected).max() < 1e-8 * np.abs(expected).max()
