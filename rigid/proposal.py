@@ -167,11 +167,12 @@ def mode_weights(
     weight = np.exp(log_weight - log_weight.max())
     shares = MixtureProposal(modes, _laplace_weights(modes), dof).responsibilities(z)
     weights = weight @ shares / weight.sum()
+    weights = weights / weights.sum()  # to the last bit, so that a mode alone has weight 1
     influence = (weight[:, None] * (shares - weights)).reshape(k, draws, k)
     variance = draws * influence.var(axis=1, ddof=1).sum(axis=0)
     return ModeWeights(
         weights=weights,
-        error=np.sqrt(variance) / weight.sum(),
+        error=np.sqrt(variance) / weight.sum() if k > 1 else np.zeros(1),
         log_evidence=float(np.logaddexp.reduce(log_weight) - np.log(len(z))),
         kish=float(weight.sum() ** 2 / (len(z) * np.sum(weight**2))),
         pareto_k=pareto_shape(weight),

@@ -220,6 +220,7 @@ def done(tmp_path_factory):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_the_files_are_there_and_the_page_says_simulated(done):
     assert done.status == 0
     page = (done.out / "index.html").read_text(encoding="utf-8")
@@ -238,6 +239,7 @@ def columns(path):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_the_band_follows_the_drop_at_once(done):
     """10 ms after the end of a drop of 31 kN the band is back within 400 N of the truth; a load
     that is smoothed over 50 ms would be off by kilonewtons."""
@@ -252,6 +254,7 @@ def test_the_band_follows_the_drop_at_once(done):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_bands_widen_between_samples(done):
     table = columns(done.out / "bands" / "press.csv")
     width = table["load_A q95 [N]"] - table["load_A q05 [N]"]
@@ -261,6 +264,7 @@ def test_bands_widen_between_samples(done):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_fields_are_read_with_both_ends(done):
     ((field,),) = read_fields(load_spec(done.folder / "field.toml"))
     assert field.samples == 401

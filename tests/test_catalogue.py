@@ -52,7 +52,7 @@ NAMES = {
 PSI = 6894.757
 BARS = {"load": 29.5, "stroke": 2.2e-5, "pressure": 0.5 * PSI}  # tenths of the sensors' steps
 FLOW = (6.645 + 4.965) / 60e3
-SLOW_TEST = pytest.mark.slow
+SLOW_TEST = (pytest.mark.slow, pytest.mark.long)
 
 # Records of 0.9 s: valve shut, open, shut, and in the free run to the tank. Pumping ends at
 # 46 kN, 104 bar and 0.9 mm in the frame, at 2.2 mm in the free run.
@@ -325,7 +325,8 @@ def test_free_root_keeps_the_momentum():
     assert np.abs(parts[:, 2]).max() > 0.1 * np.abs(parts[:, 1]).max()  # it does move
 
 
-@SLOW_TEST
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "values"),
     [

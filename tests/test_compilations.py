@@ -146,6 +146,7 @@ def programs(body: str, cache: Path, **environment: str) -> dict:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_a_second_process_finds_every_program_of_a_fit_in_the_cache(tmp_path: Path):
     first = programs(FIT, tmp_path)
     assert {"jit(log_posterior)", "jit(minimise)"} <= set(first["asked"])

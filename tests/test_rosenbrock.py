@@ -81,11 +81,12 @@ def test_linear_rig_follows_the_matrix_exponential(contact: float):
         assert error < 1e-8, (name, error)
 
 
-LAWS = [n if n == "coulomb-friction" else pytest.param(n, marks=pytest.mark.slow) for n in DRY]
+LONG = (pytest.mark.slow, pytest.mark.long)
+LAWS = [n if n == "coulomb-friction" else pytest.param(n, marks=LONG) for n in DRY]
 
 
 @pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("contact", [pytest.param(NOMINAL["k_frame"], marks=pytest.mark.slow), 0.0])
+@pytest.mark.parametrize("contact", [pytest.param(NOMINAL["k_frame"], marks=LONG), 0.0])
 def test_dry_friction_follows_the_reference_below_a_tenth_of_a_sensors_step(law, contact: float):
     values, names = NOMINAL | DRY[law], (*BASE, law)
     expected = by_lsoda(values, names, contact, FLOWS, TURNING)
