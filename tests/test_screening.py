@@ -69,15 +69,16 @@ def test_a_planted_effect_comes_out_by_its_strength(listed):
     names = [one.effect.name for one in listed]
     at = names.index("load-cell-drift")  # the records are linear in it
     quiet = screened(campaign(300), listed)
-    drift = 12.0 / np.sqrt(quiet.information[at, at])
+    drift = 8.0 / np.sqrt(quiet.information[at, at])
     found = screened(campaign(300, load_drift=drift), listed)
     # The same noise before the converter, other roundings after it: of n samples, each moved by
-    # d = 12/sqrt(n) noise sds of a step of 2, a share d/2 changes its code, which scatters the
-    # strength by sqrt(n d (2 - d) / n) = 0.8 at n = 1,000.
-    assert found.strength[at] - quiet.strength[at] == pytest.approx(12.0, abs=3 * 0.8)
+    # d = 8/sqrt(n) noise sds of a step of 2, a share d/2 changes its code, which scatters the
+    # strength by sqrt(n d (2 - d) / n) = 0.66 at n = 1,000. Much stronger effects are counted as
+    # correlated noise until they are in the model, and come out weaker than they are.
+    assert found.strength[at] - quiet.strength[at] == pytest.approx(8.0, abs=3 * 0.66)
     assert int(np.argmax(np.abs(found.strength))) == at
-    expected = quiet.strength + 12.0 * quiet.cosines[:, at]
-    np.testing.assert_allclose(found.strength, expected, atol=3 * 0.8)
+    expected = quiet.strength + 8.0 * quiet.cosines[:, at]
+    np.testing.assert_allclose(found.strength, expected, atol=3 * 0.66)
 
 
 def test_projecting_out_is_refitting():
