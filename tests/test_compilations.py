@@ -155,8 +155,11 @@ def test_a_second_process_finds_every_program_of_a_fit_in_the_cache(tmp_path: Pa
 
 
 def test_programs_with_checks_are_kept_only_as_the_runtime_sets_them_up(tmp_path: Path):
-    """Checks that call Python keep a program out of the cache: so the test above can fail."""
-    for way, kept in (("nan", True), ("raise", False)):
+    """Checks that call Python keep a program out of the cache of jax 0.10 (0.12 stores it): so the
+    test above can fail.
+    """
+    ways = [("nan", True)] + [("raise", False)] * (jax.__version_info__ < (0, 11))
+    for way, kept in ways:
         programs(CHECKED, tmp_path / way, EQX_ON_ERROR=way)
         again = programs(CHECKED, tmp_path / way, EQX_ON_ERROR=way)
         assert "jit(<lambda>)" in again["asked"]
