@@ -166,7 +166,7 @@ def mode_weights(
     log_weight = log_weight - MixtureProposal(modes, np.ones(k), dof).log_density(z)
     weight = np.exp(log_weight - log_weight.max())
     shares = MixtureProposal(modes, _laplace_weights(modes), dof).responsibilities(z)
-    weights = weight @ shares / weight.sum()
+    weights = weight @ shares
     weights = weights / weights.sum()  # to the last bit, so that a mode alone has weight 1
     influence = (weight[:, None] * (shares - weights)).reshape(k, draws, k)
     variance = draws * influence.var(axis=1, ddof=1).sum(axis=0)
