@@ -153,8 +153,7 @@ def mode_weights(
     Source: Owen and Zhou (2000), "Safe and effective importance sampling".
     """
     k = len(modes)
-    laws = [MixtureProposal((mode,), np.ones(1), dof) for mode in modes]
-    z = np.concatenate([law.sample(rng, draws) for law in laws])
+    z = np.concatenate([MixtureProposal((m,), np.ones(1), dof).sample(rng, draws) for m in modes])
     raw = np.asarray(log_prob(z), dtype=float)
     failed = np.isnan(raw) | (raw == np.inf)
     log_weight = np.where(failed, -np.inf, raw)
