@@ -3,7 +3,8 @@
 A step is y + Phi(h, J) f(y) with J the exact Jacobian at y, second order in h whatever the
 stiffness: exact where the motion is linear, stable through stiff bristles, air in the oil or a
 contact that closes. Phi is made anew for every step, which costs some ten times the tables of
-`rigid.solve.exponential`; a rig takes this way only if an effect of it is not `steady`.
+`rigid.solve.exponential`; a record takes this way only if an effect of its rig is not `steady`, or
+if its pressure comes near the bend of the pump's curve.
 Source: Hochbruck and Ostermann 2010, Acta Numerica 19, sec. 2.4, eq. (2.54).
 
 Arrays carry the walkers on their last axis: every operation is elementwise over it.
@@ -98,7 +99,9 @@ def march(rig: Rig, contact: Array, fractions: Array, plan: Plan) -> dict[str, A
         new = step(rig, flat, outside, length[:, None])
         return new, new
 
-    start = jnp.broadcast_to(rest_under(rig, 0.0)[:, None], (len(rig.scales), *fractions.shape[1:]))
+    start = jnp.broadcast_to(
+        rest_under(rig, 0.0, contact)[:, None], (len(rig.scales), *fractions.shape[1:])
+    )
     parts = (jnp.asarray(table.length), jnp.asarray(table.level), jnp.asarray(table.time))
     path = jax.lax.scan(advance, start, parts)[1]
     path = jnp.concatenate([start[None], path])[table.node]
