@@ -12,7 +12,7 @@ from jax import Array
 from rigid.effects import AbstractEffect
 from rigid.parameters import scoped
 from rigid.rig import acting, build_rig
-from rigid.solve import exponential, release, rosenbrock
+from rigid.solve import exponential, release, staggered
 from rigid.solve.delay import delayed
 from rigid.solve.drive import plan
 from rigid.solve.exponential import Strokes
@@ -59,7 +59,7 @@ class SlowGroup(AbstractGroup):
         if rig.steady and not self.bent:
             out = exponential.march(rig, contact, fractions, plan(drives), self._strokes())
         else:
-            out = rosenbrock.march(rig, contact, fractions, plan(drives, long_steps=False))
+            out = staggered.march(rig, contact, fractions, drives, self._strokes())
         return delayed(
             {quantity: series[: self.samples] for quantity, series in out.items()},
             rig.delays(),
@@ -104,7 +104,7 @@ class ReleaseGroup(AbstractGroup):
         delay = jnp.stack([t.onset_time - values[f"release_time[{t.label}]"] for t in self.tracks])
         onsets = [t.onset for t in self.tracks if t.onset is not None]
         longest = max(t.samples - o for t, o in zip(self.tracks, onsets, strict=True))
-        ring = release.ring if rig.steady else rosenbrock.ring
+        ring = release.ring if rig.steady else staggered.ring
         swing = ring(rig, preload, delay, self.tracks[0].interval, longest)
         out = jnp.zeros((self.samples, *preload.shape))
         for i, onset in enumerate(onsets):

@@ -19,7 +19,7 @@ from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.effects.base import PriorDescription
 from rigid.rig import Surroundings
 from rigid.sensors import readings
-from rigid.solve import exponential, full, rosenbrock
+from rigid.solve import exponential, full, staggered
 from rigid.solve.delay import delayed
 from rigid.solve.drive import plan
 from rigid.solve.exponential import Strokes
@@ -120,10 +120,11 @@ IN_MOTION = {  # what moves otherwise, with whether the check against the refere
 
 @eqx.filter_jit
 def marched(rig, contact, fractions, record, at_switches):
+    given = at_switches or (0.0,) * 8
+    strokes = Strokes(jnp.asarray(0.0), jnp.asarray(3e-3), jnp.asarray([given]))
     if at_switches is not None:
-        strokes = Strokes(jnp.asarray(0.0), jnp.asarray(3e-3), jnp.asarray([at_switches]))
         return exponential.march(rig, contact, fractions, plan((record,)), strokes)
-    return rosenbrock.march(rig, contact, fractions, plan((record,), long_steps=False))
+    return staggered.march(rig, contact, fractions, (record,), strokes)
 
 
 def simulated(values, names, kind, steady) -> dict[str, np.ndarray]:
@@ -285,7 +286,7 @@ def test_ripple_is_the_integral_of_the_flow():
 
 def released(values, names) -> tuple[np.ndarray, np.ndarray]:
     """Accelerations after a release of 6 kN by steps and by the reference, 40 samples."""
-    interval, ring = 1 / 1600, eqx.filter_jit(rosenbrock.ring)
+    interval, ring = 1 / 1600, eqx.filter_jit(staggered.ring)
     rig = rig_of(values, names, walkers=True)
     stepped = ring(rig, jnp.asarray([[6e3]]), jnp.asarray([[2e-4]]), interval, 40)
     preload, delay = jnp.asarray(6e3), jnp.asarray(2e-4)
@@ -369,7 +370,8 @@ what their priors let them (a first computation with an independent simulator). 
 from the classes by `python tests/test_catalogue.py`; a test holds it to them.
 
 *Steady* effects leave the Jacobian of the motion as it is at rest, so that a rig of them alone
-takes the long steps of `rigid/solve/exponential.py`; any other sends it through `rosenbrock.py`.
+takes the long steps of `rigid/solve/exponential.py`; any other goes by the short steps of
+`rigid/solve/staggered.py`.
 *Absent at* is the value at which the effect is not there.
 """
 PAGE = Path(__file__).parents[1] / "docs" / "catalogue.md"

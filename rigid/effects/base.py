@@ -179,6 +179,8 @@ class AbstractEffect(eqx.Module):
     - `steady`: whether the Jacobian of the motion hardly changes with anything but the oil column,
       so that the step matrices of the rig at rest serve everywhere.
     - `kinds`: of records in which it acts; None for all.
+    - `bristle`: whether its one state relaxes at a rate that goes with the speed, and linearly in
+      the state.
     """
 
     name: eqx.AbstractClassVar[str]
@@ -187,6 +189,7 @@ class AbstractEffect(eqx.Module):
     scales: ClassVar[tuple[float, ...]] = ()
     steady: ClassVar[bool] = False
     kinds: ClassVar[tuple[str, ...] | None] = None
+    bristle: ClassVar[bool] = False
 
     @abstractmethod
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:

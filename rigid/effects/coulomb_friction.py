@@ -22,6 +22,7 @@ class CoulombFriction(AbstractEffect):
     equation: ClassVar[str] = "plunger-momentum"
     source: ClassVar[str] = "Dahl 1968, TOR-0158(3107-18)-1, exponent 1, stiff"
     scales: ClassVar[tuple[float, ...]] = (1.0,)
+    bristle: ClassVar[bool] = True
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:
         """Return the force of the bristle and the rate at which it bends."""

@@ -27,6 +27,7 @@ class LuGreFriction(AbstractEffect):
     equation: ClassVar[str] = "plunger-momentum"
     source: ClassVar[str] = "Canudas de Wit et al. 1995, IEEE Trans. Autom. Control 40(3)"
     scales: ClassVar[tuple[float, ...]] = (1.0,)
+    bristle: ClassVar[bool] = True
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:
         """Return the force of the bristle and the rate at which it bends."""

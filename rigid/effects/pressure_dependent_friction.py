@@ -28,6 +28,7 @@ class PressureDependentFriction(AbstractEffect):
     equation: ClassVar[str] = "plunger-momentum"
     source: ClassVar[str] = "seal friction by contact pressure; Dahl's bristle as for Coulomb"
     scales: ClassVar[tuple[float, ...]] = (1.0,)
+    bristle: ClassVar[bool] = True
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:
         """Return the force of the bristle and the rate at which it bends."""

@@ -23,6 +23,7 @@ class StribeckFriction(AbstractEffect):
     equation: ClassVar[str] = "plunger-momentum"
     source: ClassVar[str] = "Armstrong-Helouvry, Dupont, Canudas de Wit 1994, Automatica 30(7)"
     scales: ClassVar[tuple[float, ...]] = (1.0,)
+    bristle: ClassVar[bool] = True
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:
         """Return the force of the bristle and the rate at which it bends."""

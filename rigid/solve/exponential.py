@@ -141,7 +141,10 @@ def march(
     )
     last, (values, slopes) = jax.lax.scan(advance, start, _steps(plan))
     ending = Surroundings(
-        contact, 0.0, fractions[jnp.asarray(plan.levels[-1]), jnp.arange(fractions.shape[1])]
+        contact,
+        0.0,
+        fractions[jnp.asarray(plan.levels[-1]), jnp.arange(fractions.shape[1])],
+        plan.nodes[-1] * plan.interval,
     )
     rates = jnp.stack(rig.motion(last, ending).rates)
     value, slope = sampled(rig, last, rates, ending)
@@ -158,10 +161,10 @@ def _advancer(
     track = jnp.arange(fractions.shape[1])
 
     def advance(flat: Array, step: tuple[Array, ...]) -> tuple[Array, tuple[Array, Array]]:
-        long, level, kink, level_after = step
+        long, level, kink, level_after, begin = step
         length = jnp.where(long, STRIDE, 1) * plan.interval
         stroke = flat[2] - flat[0] + 0.5 * length * (flat[3] - flat[1])
-        outside = Surroundings(contact, 0.0, fractions[level, track])
+        outside = Surroundings(contact, 0.0, fractions[level, track], begin + 0.5 * length)
         moved = rig.motion(flat, outside, rig.column + stroke)
         rates = jnp.stack(moved.rates)
         place = jnp.clip((stroke - strokes.low) / (strokes.high - strokes.low), -0.5, 1.5)
@@ -172,7 +175,7 @@ def _advancer(
             new = new + (phi[:, j, None] + place * slope[:, j, None]) * rates[j]
 
         def kicked(new: Array) -> Array:
-            after = Surroundings(contact, 0.0, fractions[level_after, track])
+            after = outside._replace(flow_fraction=fractions[level_after, track])
             jump = rig.motion(flat, after, rig.column + stroke).rates[4] - rates[4]
             return new + jnp.moveaxis(table.kinks[kink], 0, 1) * jump
 
@@ -192,7 +195,8 @@ def _steps(plan: Plan) -> tuple[Array, ...]:
     after = jnp.concatenate([jnp.zeros(1, int), jnp.asarray(plan.kink_level, dtype=int)])
     kink = jnp.asarray(plan.kink)
     level = jnp.asarray(plan.levels)
-    return jnp.asarray(plan.long), level, kink, jnp.where(kink > 0, after[kink], level)
+    begin = jnp.asarray(plan.nodes[:-1] * plan.interval)
+    return jnp.asarray(plan.long), level, kink, jnp.where(kink > 0, after[kink], level), begin
 
 
 def at_samples(plan: Plan, values: Array, slopes: Array) -> dict[str, Array]:

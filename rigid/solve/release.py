@@ -30,15 +30,18 @@ def ring(rig: Rig, preload: Array, delay: Array, interval: float, samples: int) 
         phi = step_matrix(matrix[:, :, :, None], length, rig.scales)
         return phi[:, :, 0], phi[:, :, 1] - phi[:, :, 0]
 
-    def step(flat: Array, table: tuple[Array, Array], length: Array | float) -> Array:
+    def step(flat: Array, table: tuple[Array, Array], length: Array | float, at: Array) -> Array:
         stroke = flat[2] - flat[0] + 0.5 * length * (flat[3] - flat[1])
-        rates = jnp.stack(rig.motion(flat, FREE, rig.column + stroke).rates)
+        outside = FREE._replace(time=at + 0.5 * length)
+        rates = jnp.stack(rig.motion(flat, outside, rig.column + stroke).rates)
         return flat + apply(table[0] + stroke / NODE * table[1], rates)
 
     each = tables(interval)
 
-    def advance(flat: Array, _: None) -> tuple[Array, Array]:
-        return step(flat, each, interval), readings(rig, flat, FREE).acceleration
+    def advance(flat: Array, number: Array) -> tuple[Array, Array]:
+        time = delay + number * interval
+        here = FREE._replace(time=time)
+        return step(flat, each, interval, time), readings(rig, flat, here).acceleration
 
-    first = step(start, tables(delay), delay)
-    return jax.lax.scan(advance, first, None, length=samples)[1]
+    first = step(start, tables(delay), delay, jnp.zeros(()))
+    return jax.lax.scan(advance, first, jnp.arange(samples))[1]

@@ -1,0 +1,238 @@
+"""Short exponential steps: for rigs whose Jacobian changes, with dry friction, air, a contact.
+
+A step is y + Phi(h) (f(m) - A (m - y)) with m = y + Phi(h/2) f(y), the exponential midpoint rule.
+A is the Jacobian of the rig at work (under pressure, in contact), where it is stiffest, so that Phi
+is made once a record; what an effect does beyond that is smooth over a part of a sample. Bristles
+are stiff in a way of their own, at a rate that goes with the speed: they live half a step beside
+the rest and relax exactly at the speed of the moment, so that neither a sliding nor a sticking
+plunger limits the step. Second order in h.
+Source: Hochbruck and Ostermann 2010, Acta Numerica 19, sec. 2.3; staggering after Stoermer-Verlet,
+Hairer, Lubich and Wanner 2003, Acta Numerica 12, 399-450.
+
+Arrays carry the walkers on their last axis: every operation is elementwise over it.
+"""
+
+import dataclasses
+from collections.abc import Callable
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from rigid.rig import CORE_SCALES, FREE, Rig, Surroundings
+from rigid.sensors import readings
+from rigid.solve.drive import Drive, Plan, plan
+from rigid.solve.exponential import Strokes, apply, step_matrix
+from rigid.solve.release import NODE
+from rigid.solve.rest import rest_under
+
+SUBSTEPS, WITH_BRISTLES, RELEASE_SUBSTEPS = 16, 24, 4
+"""Steps a sample of slow records, without and with dry friction, and of releases: 0.6, 0.4 and
+0.16 ms, where the fastest mode of the rig has 4 ms."""
+
+AT_WORK = (-1e-3, 0.0, 1e-3, 0.0, 136e5)
+"""State at which the Jacobian is taken [m, m/s, m, m/s, Pa]: 60 kN, in contact."""
+
+
+def at_work(rig: Rig, outside: Surroundings, column: Array) -> Array:
+    """Jacobian (n, n, *column.shape) of the rig at work, without what stiff bristles do."""
+    n = len(rig.scales)
+    shape = jnp.broadcast_shapes(column.shape, rig.column.shape)
+    core = jnp.stack([jnp.full(shape, v) for v in AT_WORK])
+    state = jnp.concatenate([core, jnp.zeros((n - len(AT_WORK), *shape))])
+
+    def rates(flat: Array) -> Array:
+        moved = rig.motion(flat, outside, column).rates
+        return jnp.stack([jnp.broadcast_to(r, shape) for r in moved])
+
+    def along(i: Array) -> Array:
+        return jax.jvp(rates, (state,), (jnp.zeros_like(state).at[i].set(1.0),))[1]
+
+    matrix = jnp.moveaxis(jax.vmap(along)(jnp.arange(n)), 0, 1)
+    kept = jnp.asarray([i not in stiff_states(rig) for i in range(n)]).astype(float)
+    mask = (kept[:, None] * kept[None]).reshape((n, n) + (1,) * len(shape))
+    return matrix * mask
+
+
+def stiff_states(rig: Rig) -> tuple[int, ...]:
+    """Places of bristles in the flat state."""
+    found, at = [], len(CORE_SCALES)
+    for effect in rig.effects:
+        if effect.bristle:
+            found.extend(range(at, at + len(effect.scales)))
+        at += len(effect.scales)
+    return tuple(found)
+
+
+def relaxed(rig: Rig, flat: Array, length: Array | float) -> Array:
+    """Lead the bristles of a flat state on by `length` [s] at the speed of the moment."""
+    state, at = rig.state(flat), len(CORE_SCALES)
+    for effect, own in zip(rig.effects, rig.own(flat), strict=True):
+        if effect.bristle:
+
+            def rate(share: Array, effect=effect) -> Array:
+                return effect(state, (share,)).rates[0]
+
+            now, slope = jax.jvp(rate, (own[0],), (jnp.ones_like(own[0]),))
+            flat = flat.at[at].add(length * _mean_decay(slope * length) * now)
+        at += len(effect.scales)
+    return flat
+
+
+def _mean_decay(exponent: Array) -> Array:
+    """(exp(x) - 1)/x, 1 at 0."""
+    safe = jnp.where(jnp.abs(exponent) < 1e-8, 1.0, exponent)
+    return jnp.where(jnp.abs(exponent) < 1e-8, 1.0 + 0.5 * exponent, jnp.expm1(safe) / safe)
+
+
+def march(
+    rig: Rig, contact: Array, fractions: Array, drives: tuple[Drive, ...], strokes: Strokes
+) -> dict[str, Array]:
+    """Simulate a group of slow records from rest; arguments and result as `exponential.march`.
+
+    - `drives`: of the group.
+    """
+    parts = WITH_BRISTLES if stiff_states(rig) else SUBSTEPS
+    fine = tuple(
+        dataclasses.replace(d, interval=d.interval / parts, samples=(d.samples - 1) * parts + 1)
+        for d in drives
+    )
+    grid = plan(fine, long_steps=False)
+    advance = _advancer(rig, contact, fractions, grid, strokes)
+    samples = (grid.samples - 1) // parts
+    track = jnp.arange(fractions.shape[1])
+
+    def sample(flat: Array, part: tuple[Array, ...]) -> tuple[Array, Array]:
+        here = Surroundings(contact, 0.0, fractions[part[0][0], track], part[3][0])
+        return jax.lax.scan(advance, flat, part)[0], jnp.stack(readings(rig, flat, here)[:3])
+
+    after = np.concatenate([[0], grid.kink_level]).astype(int)[grid.kink]
+    begin = grid.nodes[:-1] * grid.interval
+    cut = tuple(
+        jnp.asarray(a).reshape(samples, parts, *a.shape[1:])
+        for a in (grid.levels, grid.kink, after, begin)
+    )
+    shape = (len(rig.scales), *fractions.shape[1:])
+    start = jnp.broadcast_to(rest_under(rig, 0.0, contact)[:, None], shape)
+    last, series = jax.lax.scan(sample, start, cut)
+    end = Surroundings(
+        contact, 0.0, fractions[grid.levels[-1], track], grid.nodes[-1] * grid.interval
+    )
+    series = jnp.concatenate([series, jnp.stack(readings(rig, last, end)[:3])[None]])
+    return {name: series[:, i] for i, name in enumerate(("load", "stroke", "pressure"))}
+
+
+class Table(NamedTuple):
+    """Step matrices of one rig at two oil columns, (n, n, ...) each, and A.
+
+    - `whole`, `half`: Phi(h) and Phi(h/2) at the lower stroke, and their change to the higher.
+    """
+
+    matrix: Array
+    whole: tuple[Array, Array]
+    half: tuple[Array, Array]
+
+
+def _pair(matrix: Array, length: Array | float, rig: Rig) -> Table:
+    """Tables for matrices (n, n, 2, ...) at two strokes."""
+    whole = step_matrix(matrix, length, rig.scales)
+    half = step_matrix(matrix, 0.5 * jnp.asarray(length), rig.scales)
+    return Table(
+        matrix[:, :, 0],
+        (whole[:, :, 0], whole[:, :, 1] - whole[:, :, 0]),
+        (half[:, :, 0], half[:, :, 1] - half[:, :, 0]),
+    )
+
+
+def _midpoint(flat: Array, rates: Callable, table: Table, place: Array) -> Array:
+    """One step of the exponential midpoint rule; bristles have been led on already.
+
+    - `rates`: of a flat state. - `place`: of the oil column between the two of the table.
+    """
+    first = rates(flat)
+    middle = flat + _between(table.half, place, first)
+    moved = rates(middle) - apply(table.matrix, middle - flat)
+    return flat + _between(table.whole, place, moved)
+
+
+def _between(pair: tuple[Array, Array], place: Array, vector: Array) -> Array:
+    """Matrix times vector, the matrix interpolated between two."""
+    return apply(pair[0], vector) + place * apply(pair[1], vector)
+
+
+def _advancer(rig: Rig, contact: Array, fractions: Array, grid: Plan, strokes: Strokes) -> Callable:
+    """Return the step of `march`."""
+    track, h = jnp.arange(fractions.shape[1]), grid.interval
+    at_switch = strokes.switch[grid.kink_place[:, 0], grid.kink_place[:, 1]]
+    extra = jnp.concatenate([jnp.stack([strokes.low, strokes.high]), at_switch])
+    matrix = at_work(rig, Surroundings(contact), rig.column + extra[:, None])
+    table = jax.tree.map(lambda a: a[:, :, None], _pair(matrix[:, :, :2], h, rig))
+    rest = jnp.asarray(grid.kink_rest)[:, None]
+    none = jnp.zeros((1, len(rig.scales), matrix.shape[-1]))
+    after = step_matrix(matrix[:, :, 2:], rest, rig.scales)[:, 4]
+    kinks = jnp.concatenate([none, jnp.moveaxis(after, 1, 0)])
+
+    def advance(flat: Array, part: tuple[Array, ...]) -> tuple[Array, None]:
+        level, kink, level_after, begin = part
+        flat = relaxed(rig, flat, h)
+        stroke = flat[2] - flat[0] + 0.5 * h * (flat[3] - flat[1])
+        outside = Surroundings(contact, 0.0, fractions[level, track], begin + 0.5 * h)
+        place = jnp.clip((stroke - strokes.low) / (strokes.high - strokes.low), -0.5, 1.5)
+
+        def rates(flat: Array, outside: Surroundings = outside) -> Array:
+            return _rates(rig, flat, outside, rig.column + stroke)
+
+        new = _midpoint(flat, rates, table, place)
+
+        def kicked(new: Array) -> Array:
+            changed = outside._replace(flow_fraction=fractions[level_after, track])
+            jump = rates(flat, changed)[4] - rates(flat)[4]
+            return new + jnp.moveaxis(kinks[kink], 0, 1) * jump
+
+        return jax.lax.cond(jnp.any(kink > 0), kicked, lambda new: new, new), None
+
+    return advance
+
+
+def _rates(rig: Rig, flat: Array, outside: Surroundings, column: Array) -> Array:
+    """Rates of a flat state, 0 for the bristles, which have been led on already."""
+    moved = rig.motion(flat, outside, column).rates
+    stiff = stiff_states(rig)
+    return jnp.stack(
+        [
+            jnp.zeros(flat.shape[1:]) if i in stiff else jnp.broadcast_to(r, flat.shape[1:])
+            for i, r in enumerate(moved)
+        ]
+    )
+
+
+def ring(rig: Rig, preload: Array, delay: Array, interval: float, samples: int) -> Array:
+    """Acceleration of the plate after a release; arguments and result as `release.ring`."""
+    columns = rig.column + jnp.asarray([0.0, NODE])[:, None]
+    matrix = at_work(rig, FREE, columns)[:, :, :, None]
+    h, first = interval / RELEASE_SUBSTEPS, delay / RELEASE_SUBSTEPS
+    tables = (_pair(matrix, h, rig), _pair(matrix, first, rig))
+
+    def step(flat: Array, table: Table, length: Array | float, at: Array) -> Array:
+        flat = relaxed(rig, flat, length)
+        stroke = flat[2] - flat[0] + 0.5 * length * (flat[3] - flat[1])
+        outside = FREE._replace(time=at + 0.5 * length)
+
+        def rates(flat: Array) -> Array:
+            return _rates(rig, flat, outside, rig.column + stroke)
+
+        return _midpoint(flat, rates, table, stroke / NODE)
+
+    def advance(flat: Array, number: Array) -> tuple[Array, Array]:
+        time = delay + number * interval
+        read = rig.motion(flat, FREE._replace(time=time)).plunger_acceleration
+        for i in range(RELEASE_SUBSTEPS):
+            flat = step(flat, tables[0], h, time + i * h)
+        return flat, read
+
+    flat = rest_under(rig, preload)
+    for i in range(RELEASE_SUBSTEPS):
+        flat = step(flat, tables[1], first, i * first)
+    return jax.lax.scan(advance, flat, jnp.arange(samples))[1]
