@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 
 from rigid.effects import CATALOGUE, AbstractEffect
-from rigid.effects.base import PriorDescription
+from rigid.effects.base import MOTION, PriorDescription
 from rigid.effects.pump_curve import STEEPNESS
 from rigid.errors import InputError
 from rigid.groups import Grouping, flow_label
@@ -36,6 +36,9 @@ FLAT_FROM = 5.0 / STEEPNESS
 """Pressure below p_max [Pa] from which on the pump's flow hardly changes: by sech^2(5) = 2e-4 of
 its slope at p_max."""
 
+MOTION_CONSTANTS = ("M_Pl", "S_Pl")
+"""Constants of one moving body: its mass, and the area that a pressure acts on."""
+
 NOISE_FACTOR = 1.5
 """The sheet gives the noise of one sample as 'about' so much."""
 
@@ -51,6 +54,7 @@ def assemble(spec: Spec, records: tuple[Record, ...]) -> Problem:
     series = {track.label: series for track, series in laid}
     if not tracks:
         raise InputError(f"{spec.path}: no record is fitted; a fit needs at least one")
+    require_at_work(spec, effects, tracks)
     parameters = list_parameters(spec, effects, tracks, series)
     confined(spec, tracks)
     bent = near_the_bend(spec, series)
@@ -73,6 +77,26 @@ def chosen_effects(spec: Spec) -> tuple[type[AbstractEffect], ...]:
                     f"{info.name}; name one of them"
                 )
     return chosen
+
+
+def of_the_rig(tracks: tuple[Track, ...]) -> bool:
+    """Whether any record is of the rig, not of one body of some machine."""
+    return any(track.kind != MOTION for track in tracks)
+
+
+def require_at_work(
+    spec: Spec, effects: tuple[type[AbstractEffect], ...], tracks: tuple[Track, ...]
+) -> None:
+    """Refuse effects of the rig where every record is a motion."""
+    if of_the_rig(tracks):
+        return
+    for effect in effects:
+        if not effect.acts_in(MOTION):
+            able = ", ".join(name for name, one in CATALOGUE.items() if one.acts_in(MOTION))
+            raise InputError(
+                f"{spec.path} [model] effects: '{effect.name}' is of the rig, all records are "
+                f"motions; state effects = [...], of {able}"
+            )
 
 
 def confined(spec: Spec, tracks: tuple[Track, ...]) -> None:
@@ -101,7 +125,8 @@ def sheets(spec: Spec) -> dict[str, SensorSheet]:
     out = {}
     for quantity in UNITS:
         sheet = spec.sensors[quantity]
-        out[quantity] = SensorSheet(sheet.step, sheet.noise, sheet.gain_sd, sheet.zero_sd)
+        if sheet is not None:
+            out[quantity] = SensorSheet(sheet.step, sheet.noise, sheet.gain_sd, sheet.zero_sd)
     return out
 
 
@@ -117,9 +142,16 @@ def list_parameters(
     noise = list(_noise(spec, tracks, series))
     listed = physical + local + noise
     names = {p.label for p in listed} | {p.base for p in listed}
-    require_known(spec.priors, names, f"{spec.path} [priors]")
+    require_known(spec.priors, names | of_candidates(spec), f"{spec.path} [priors]")
     require_known(spec.model.vary, {p.base for p in physical}, f"{spec.path} [model] vary")
     return collect(listed)
+
+
+def of_candidates(spec: Spec) -> set[str]:
+    """Labels of the parameters of effects that the spec names as missing, perhaps."""
+    named = [CATALOGUE[name] for name in spec.model.candidates or () if name in CATALOGUE]
+    infos = [info for effect in named for info in effect.parameters()]
+    return {label for info in infos for label in (info.name, *info.labels)}
 
 
 def _law(spec: Spec, label: str, default: AbstractLaw) -> AbstractLaw:
@@ -140,6 +172,8 @@ def _physical(
 ) -> Iterator[Parameter]:
     """Constants of the rig, then parameters of the effects, spread over what they vary by."""
     known = dict(spec.rig.known)
+    if not of_the_rig(tracks):
+        known = {name: known[name] for name in MOTION_CONSTANTS}
     for name, constant in known.items():
         symbol, unit = RIG_SYMBOLS[name]
         default = make_law(

@@ -66,7 +66,12 @@ def dataset(
 def with_friction(
     body: xr.Dataset, frictions: Mapping[str, Friction], shape: tuple[int, int]
 ) -> xr.Dataset:
-    """Add mu_omega and k_omega over frequency (and over the view, where friction varies)."""
+    """Add mu_omega and k_omega over frequency (and over the view, where friction varies).
+
+    Without any view, as of a machine that is not the rig, there is nothing to add.
+    """
+    if not frictions:
+        return body
     views = list(frictions)
     frequency = xr.Variable("frequency", FREQUENCIES, {"units": "Hz"})
     dims = ("chain", "draw", "frequency")

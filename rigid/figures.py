@@ -7,7 +7,7 @@ from rigid.characteristic import PUBLISHED_RIG, TwoMassRig, dimensionless, roots
 from rigid.friction import FREQUENCIES
 from rigid.outcome import LEVELS, Channel, frictions, values_of
 from rigid.plots import shown
-from rigid.published import BY_LABEL, FRICTION
+from rigid.published import FRICTION, published
 from rigid.sensors import UNITS
 
 EXCITED = (("steady running", 0.01, 0.05), ("quick release", 60.0, 260.0))
@@ -35,7 +35,7 @@ def channel_fit(done: Calibrated, c: Channel) -> shown.ChannelFit:
     """One channel for the figures."""
     read = np.isfinite(c.data)
     record = next(r for r in done.records if (r.name, r.cylinder) == (c.record, c.cylinder))
-    begins = [float(c.time[0]), *(s.until for s in record.valve[:-1])]
+    begins = [float(c.time[0]), *(s.until for s in record.valve[:-1])][: len(record.valve)]
     unit = UNITS[c.quantity]
     return shown.ChannelFit(
         record=c.record, cylinder=c.cylinder, kind=c.kind, quantity=c.quantity, unit=unit,
@@ -46,8 +46,10 @@ def channel_fit(done: Calibrated, c: Channel) -> shown.ChannelFit:
     )  # fmt: skip
 
 
-def friction_curve(done: Calibrated) -> shown.FrictionCurve:
-    """mu(omega) with its bands beside the prior's."""
+def friction_curve(done: Calibrated) -> shown.FrictionCurve | None:
+    """mu(omega) with its bands beside the prior's; None where no record is of the rig."""
+    if not done.frictions:
+        return None
     curve = next(iter(done.frictions.values()))
     rng = np.random.default_rng([done.seed, 4])
     prior_z = rng.standard_normal((PRIOR_DRAWS, done.problem.parameters.size))
@@ -65,20 +67,25 @@ def friction_curve(done: Calibrated) -> shown.FrictionCurve:
     width = np.log((quantiles["magnitude"][4] + tiny) / (quantiles["magnitude"][0] + tiny))
     before = quantiles["prior_magnitude"]
     informed = width < NARROWER * np.log((before[4] + tiny) / (before[0] + tiny))
-    published = tuple((f, p.value, p.place) for f, p in FRICTION)
+    printed = tuple((f, p.value, p.place) for f, p in FRICTION)
     return shown.FrictionCurve(
         frequency=FREQUENCIES, **quantiles, informed=informed, excited=EXCITED,
-        published=published,
+        published=printed,
     )  # fmt: skip
 
 
-def corner(done: Calibrated) -> shown.Draws:
-    """Draws of the rig's own parameters for the corner figure."""
+def corner(done: Calibrated) -> shown.Draws | None:
+    """Draws of the machine's own parameters for the corner figure; None where there are none."""
+    rig = done.problem.of_the_rig
     local = ("kappa", "kappa_tank", "noise", "preload", "release_time", "M_Pl", "k_frame")
-    chosen = [p for p in done.problem.parameters.sampled if p.base not in local][:9]
+    left_out = local if rig else ("noise",)
+    chosen = [p for p in done.problem.parameters.sampled if p.base not in left_out][:9]
+    if not chosen:
+        return None
     flat = np.stack([done.values[p.label].ravel() for p in chosen])
     every = max(1, flat.shape[1] // CORNER_DRAWS)
-    marks = tuple(BY_LABEL[p.base][0].value if p.base in BY_LABEL else None for p in chosen)
+    printed = [published(p.base, rig) for p in chosen]
+    marks = tuple(values[0].value if values else None for values in printed)
     symbols = tuple(
         p.symbol if not p.label.endswith("]") else p.symbol.replace("_i", "_" + p.label[-2])
         for p in chosen
@@ -93,7 +100,8 @@ def traces(done: Calibrated) -> tuple[shown.Trace, ...]:
     chosen = [
         i
         for i, p in enumerate(done.problem.parameters.sampled)
-        if p.base in ("k_LC", "mu", "k_oil", "mu_branch", "tau_branch")
+        if not done.problem.of_the_rig
+        or p.base in ("k_LC", "mu", "k_oil", "mu_branch", "tau_branch")
     ][:6]
     for i in chosen:
         p = done.problem.parameters.sampled[i]
@@ -108,8 +116,13 @@ def traces(done: Calibrated) -> tuple[shown.Trace, ...]:
     return tuple(out)
 
 
-def roots_shown(done: Calibrated) -> shown.Roots:
-    """Roots of eq. (14) as Fig. 4 has them, with those of the posterior at the release's mu."""
+def roots_shown(done: Calibrated) -> shown.Roots | None:
+    """Roots of eq. (14) as Fig. 4 has them, with those of the posterior at the release's mu.
+
+    None where no record is of the rig.
+    """
+    if not done.frictions:
+        return None
     paths = np.stack(
         [_roots(PUBLISHED_RIG, float(mu)) for mu in np.linspace(0.0, MOST_MU, ROOT_STEPS)], 1
     )

@@ -10,7 +10,7 @@ from jax.typing import ArrayLike
 from rigid.effects import AbstractEffect
 from rigid.parameters import scoped
 from rigid.problem import Problem
-from rigid.rig import build_rig
+from rigid.rig import friction_of
 
 FREQUENCIES = np.union1d(np.logspace(-2, 3, 61), [80.0])
 """Hz: from the slowest record to beyond the rig's second mode; 80 Hz is where a release rings."""
@@ -42,12 +42,17 @@ def friction(
     """
     omega = jnp.asarray(2 * np.pi * FREQUENCIES)[:, None]
     seen = {k: jnp.asarray(v) for k, v in scoped(values, scope).items()}
-    mu = build_rig(effects, seen).friction(omega)
+    mu = friction_of(tuple(effect.build(seen) for effect in effects), omega)
     return Friction(np.asarray(mu.real).T, np.asarray(-omega * mu.imag).T)
 
 
 def scopes(problem: Problem) -> dict[str, tuple[str, ...]]:
-    """Views of the rig that differ in friction, by label; one, "", where nothing varies."""
+    """Views of the rig that differ in friction, by label; one, "", where nothing varies.
+
+    None where no record is of the rig: frequencies at which a rig rings say nothing then.
+    """
+    if not problem.of_the_rig:
+        return {}
     varied = {p.label.rpartition("[")[2][:-1] for p in problem.parameters.sampled if p.varies}
     if not varied:
         return {"": ()}

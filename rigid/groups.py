@@ -12,7 +12,7 @@ from jax import Array
 from rigid.effects import AbstractEffect
 from rigid.parameters import scoped
 from rigid.rig import acting, build_rig
-from rigid.solve import exponential, release, staggered
+from rigid.solve import exponential, inverse, release, staggered
 from rigid.solve.delay import delayed
 from rigid.solve.drive import plan
 from rigid.solve.exponential import Strokes
@@ -113,6 +113,21 @@ class ReleaseGroup(AbstractGroup):
         return {"acceleration": out}
 
 
+class MotionGroup(AbstractGroup):
+    """Measured motions of one body: the force that they take."""
+
+    tracks: tuple[Track, ...]
+    effects: tuple[type[AbstractEffect], ...] = eqx.field(static=True)
+    quantities: ClassVar[tuple[str, ...]] = ("force",)
+
+    def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
+        """Return the force."""
+        seen = scoped(values, self.tracks[0].scope)
+        effects = tuple(effect.build(seen) for effect in self.effects)
+        along = inverse.together([t.along for t in self.tracks if t.along is not None])
+        return {"force": inverse.force(effects, seen["M_Pl"], seen["S_Pl"], along)}
+
+
 def flow_label(track: Track, level: int) -> str:
     """Label of a record's flow fraction: `kappa` with the valve open, `kappa_tank` to the tank."""
     if level == 1:
@@ -160,6 +175,8 @@ class Grouping:
             present, bent = self.acting(members[0]), members[0].label in self.bent
             if members[0].kind == "release":
                 groups.append(ReleaseGroup(members, present))
+            elif members[0].kind == "motion":
+                groups.append(MotionGroup(members, present))
             else:
                 groups.append(SlowGroup(members, present, bent))
         return tuple(groups)

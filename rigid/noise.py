@@ -62,7 +62,7 @@ class Calibration(NamedTuple):
 
 
 class Spread(NamedTuple):
-    """Prior standard deviations of gain [-] and zero [SI] of a sensor."""
+    """Prior standard deviations of gain [-] and zero [SI] of a sensor; 0 where it is exact."""
 
     gain: float
     zero: float
@@ -70,11 +70,31 @@ class Spread(NamedTuple):
 
 def least_squares(sums: Sums, spread: Spread) -> Calibration:
     """Most probable gain and zero if noise and rounding were Gaussian, in closed form."""
-    a, b, c = sums.mm + spread.gain**-2, sums.m, sums.one + spread.zero**-2
+    # In units of the spreads, where a spread of 0 is nothing special.
+    by_gain, by_zero = spread.gain * sums.rm, spread.zero * sums.r
+    a, b, c = _curvatures(sums.mm, sums.m, sums.one, spread)
     determinant = a * c - b * b
     return Calibration(
-        (c * sums.rm - b * sums.r) / determinant, (a * sums.r - b * sums.rm) / determinant
+        spread.gain * (c * by_gain - b * by_zero) / determinant,
+        spread.zero * (a * by_zero - b * by_gain) / determinant,
     )
+
+
+def _curvatures(gain: Array, both: Array, zero: Array, spread: Spread) -> tuple[Array, ...]:
+    """Minus the Hessian of likelihood and prior in gain and zero over their spreads.
+
+    - `gain`, `both`, `zero`: that of the likelihood in SI.
+    """
+    return (
+        gain * spread.gain**2 + 1.0,
+        both * spread.gain * spread.zero,
+        zero * spread.zero**2 + 1.0,
+    )
+
+
+def _over(value: Array, sd: float) -> Array:
+    """Value in standard deviations; one that is exact is 0."""
+    return value / sd if sd > 0.0 else 0.0 * value
 
 
 class Quadratic(NamedTuple):
@@ -148,20 +168,24 @@ def marginal(expansion: Quadratic, at: Calibration, spread: Spread) -> Marginal:
 
     One Newton step leads from `at` to the maximum; the value there is that of the expansion.
     """
-    g_gain = expansion.g_gain - at.gain / spread.gain**2
-    g_zero = expansion.g_zero - at.zero / spread.zero**2
-    a, b = expansion.h_gain + spread.gain**-2, expansion.h_both
-    c = expansion.h_zero + spread.zero**-2
+    gain, zero = _over(at.gain, spread.gain), _over(at.zero, spread.zero)
+    g_gain = spread.gain * expansion.g_gain - gain
+    g_zero = spread.zero * expansion.g_zero - zero
+    a, b, c = _curvatures(expansion.h_gain, expansion.h_both, expansion.h_zero, spread)
     determinant = a * c - b * b
     d_gain = (c * g_gain - b * g_zero) / determinant
     d_zero = (a * g_zero - b * g_gain) / determinant
-    prior = -0.5 * ((at.gain / spread.gain) ** 2 + (at.zero / spread.zero) ** 2)
     value = (
         expansion.value
-        + prior
+        - 0.5 * (gain**2 + zero**2)
         + 0.5 * (g_gain * d_gain + g_zero * d_zero)
         - 0.5 * jnp.log(determinant)
-        - jnp.log(spread.gain * spread.zero)
     )
-    best = Calibration(at.gain + d_gain, at.zero + d_zero)
-    return Marginal(value, best, c / determinant, -b / determinant, a / determinant)
+    best = Calibration(at.gain + spread.gain * d_gain, at.zero + spread.zero * d_zero)
+    return Marginal(
+        value,
+        best,
+        spread.gain**2 * c / determinant,
+        -spread.gain * spread.zero * b / determinant,
+        spread.zero**2 * a / determinant,
+    )

@@ -112,7 +112,8 @@ def sensor_draws(laws: dict[str, np.ndarray], rng: np.random.Generator) -> dict[
     out = {}
     for label, (gain, zero, var_gain, covariance, var_zero) in laws.items():
         a, b = rng.standard_normal((2, len(gain)))
-        slope = covariance / var_gain
+        # A gain that is exact has no spread, and nothing goes with it.
+        slope = np.divide(covariance, var_gain, out=np.zeros_like(gain), where=var_gain > 0.0)
         rest = np.sqrt(np.maximum(var_zero - slope * covariance, 0.0))
         shift = np.sqrt(var_gain) * a
         out[label] = np.stack([gain + shift, zero + slope * shift + rest * b])

@@ -15,7 +15,7 @@ from rigid.calibrate import Calibrated
 from rigid.figures import channel_fit, corner, friction_curve, roots_shown, traces
 from rigid.outcome import values_of
 from rigid.parameters import Parameter
-from rigid.published import BY_LABEL, FRICTION, KAPPA
+from rigid.published import FRICTION, KAPPA, published
 from rigid.report import content as page
 from rigid.results import friction_at, versions
 from rigid.spec import Spec
@@ -32,7 +32,7 @@ def content(spec: Spec, done: Calibrated, found: Result) -> page.CalibrationCont
         simulated=spec.simulated,
         usable=found.usable,
         checks=tuple(page.Check(c.name, c.ok, c.says) for c in found.checks),
-        key_numbers=key_numbers(done),
+        key_numbers=key_numbers(spec, done),
         parameters=parameter_rows(done, found),
         fits=tuple(channel_fit(done, c) for c in done.shown),
         records=record_notes(done),
@@ -68,15 +68,33 @@ def _key(
     return page.KeyNumber(label, symbol, unit, middle, sd, low, high, published, reading)
 
 
-def _published(label: str) -> tuple[page.Published, ...]:
-    return tuple(page.Published(p.value, p.place) for p in BY_LABEL.get(label, ()))
+def _published(done: Calibrated, label: str) -> tuple[page.Published, ...]:
+    printed = published(label, done.problem.of_the_rig)
+    return tuple(page.Published(p.value, p.place) for p in printed)
 
 
-def key_numbers(done: Calibrated) -> tuple[page.KeyNumber, ...]:
-    """The few numbers people come for."""
+def key_numbers(spec: Spec, done: Calibrated) -> tuple[page.KeyNumber, ...]:
+    """The few numbers people come for; of another machine all that are no noise."""
+    if done.problem.of_the_rig:
+        return _of_the_rig(done)
+    return tuple(
+        _key(_worded(spec, p), p.symbol, _unit(p), done.values[p.label])
+        for p in done.problem.parameters.sampled
+        if p.base != "noise"
+    )
+
+
+def _worded(spec: Spec, p: Parameter) -> str:
+    """What a parameter of another machine is called."""
+    names = {"M_Pl": f"mass of the {spec.model.body}", "S_Pl": "area that the pressure acts on"}
+    return names.get(p.base, p.label)
+
+
+def _of_the_rig(done: Calibrated) -> tuple[page.KeyNumber, ...]:
+    """Stiffness, friction and flow fractions."""
     sampled, stiffness = done.problem.parameters.sampled, "stiffness of the load-cell end"
     out = [
-        _key(stiffness, "k_{LC}", p.unit, done.values[p.label], _published("k_LC"))
+        _key(stiffness, "k_{LC}", p.unit, done.values[p.label], _published(done, "k_LC"))
         for p in sampled
         if p.base == "k_LC"
     ]
@@ -115,7 +133,8 @@ def parameter_rows(done: Calibrated, found: Result) -> tuple[page.ParameterRow, 
             name=p.label, symbol=p.symbol, unit=_unit(p), prior_median=middle, prior_q05=low,
             prior_q95=high, median=s.median, mean=s.mean, sd=s.sd, q05=s.q05, q95=s.q95,
             ess_bulk=s.ess_bulk, ess_tail=s.ess_tail, r_hat=s.r_hat,
-            informed=float(np.clip(1.0 - z[:, i].std(), 0.0, 1.0)), published=_published(p.label),
+            informed=float(np.clip(1.0 - z[:, i].std(), 0.0, 1.0)),
+            published=_published(done, p.label),
         ))  # fmt: skip
     return tuple(out)
 
@@ -137,6 +156,8 @@ def record_notes(done: Calibrated) -> tuple[page.RecordNote, ...]:
 
 def products(done: Calibrated) -> tuple[page.ProductRow, ...]:
     """Combinations that the records identify better than their parts."""
+    if not done.problem.of_the_rig:
+        return ()
     ratio = done.values["k_oil"] / done.values["L_0"]
     why = "only k_oil/(L_0 + x) enters (eq. 21): the parts keep much of their priors"
     out = [_product("k_oil / L_0", r"k_\mathrm{oil}/L_0", "Pa/m", ratio, why)]
@@ -157,7 +178,8 @@ def mode_rows(done: Calibrated) -> tuple[page.ModeRow, ...]:
     """Modes of the posterior with their weights."""
     z = np.stack([o.z for o in done.found.optima])
     values = values_of(done.problem, z)
-    shown = [p for p in done.problem.parameters.sampled if p.base in ("k_LC", "mu")]
+    main = ("k_LC", "mu") if done.problem.of_the_rig else ("M_Pl", "mu", "F_C")
+    shown = [p for p in done.problem.parameters.sampled if p.base in main]
     return tuple(
         page.ModeRow(
             float(done.weights.weights[i]), float(done.weights.error[i]),

@@ -47,6 +47,11 @@ class Problem(eqx.Module):
         return jnp.where(jnp.isfinite(value), value, -jnp.inf)
 
     @property
+    def of_the_rig(self) -> bool:
+        """Whether a record is of the rig; motions alone may be those of any machine."""
+        return any(t.kind != "motion" for g in self.groups for t in g.tracks)
+
+    @property
     def sensors(self) -> tuple[str, ...]:
         """Labels of the sensors, "quantity,cylinder", in order."""
         return tuple(dict.fromkeys(p.sensor(i) for p in self.pieces for i in range(len(p.tracks))))

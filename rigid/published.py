@@ -19,6 +19,12 @@ BY_LABEL: dict[str, tuple[Published, ...]] = {
     "L_0": (Published(0.20, "paper, after eq. (14)"),),
 }
 
+
+def published(label: str, of_the_rig: bool) -> tuple[Published, ...]:
+    """What the paper says of a parameter by its base name; nothing of other machines."""
+    return BY_LABEL.get(label, ()) if of_the_rig else ()
+
+
 FRICTION = (
     (100.0, Published(3.7e3, "paper, eq. (17), quick release")),
     (None, Published(1.35e6, "paper, eq. (18), cylinder A, free running")),

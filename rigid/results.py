@@ -13,7 +13,7 @@ from rigid.export import about, by_record, dataset, series_groups, with_friction
 from rigid.friction import FREQUENCIES
 from rigid.outcome import frictions, overall_gap, values_of
 from rigid.posterior import chain_coords, save_posterior
-from rigid.published import BY_LABEL
+from rigid.published import published
 from rigid.sensors import UNITS
 from rigid.spec import Spec
 from rigid.summary import Check, Cost, Gap, ParameterRow, Result, summarise
@@ -59,11 +59,9 @@ def rows(done: Calibrated) -> list[ParameterRow]:
     ensemble = np.arange(chains) // (chains // done.ensembles)
     out = []
     for p in done.problem.parameters.sampled:
-        published = BY_LABEL.get(p.base)
+        printed = published(p.base, done.problem.of_the_rig)
         figures = summarise(done.values[p.label], ensemble)
-        out.append(
-            ParameterRow(p.label, p.unit, figures, published[0].value if published else None)
-        )
+        out.append(ParameterRow(p.label, p.unit, figures, printed[0].value if printed else None))
     for label, values in friction_at(done).items():
         out.append(ParameterRow(label, "N s/m", summarise(values, ensemble)))
     return out

@@ -151,8 +151,13 @@ class Rig(eqx.Module):
 
     def friction(self, omega: Array) -> Array:
         """Complex friction coefficient mu(omega) of all effects together [N s/m]."""
-        none = jnp.zeros_like(omega, dtype=complex)
-        return sum((effect.friction(omega) for effect in self.effects), start=none)
+        return friction_of(self.effects, omega)
+
+
+def friction_of(effects: tuple[AbstractEffect, ...], omega: Array) -> Array:
+    """Complex friction coefficient mu(omega) of effects together [N s/m]; a rig need not be."""
+    none = jnp.zeros_like(omega, dtype=complex)
+    return sum((effect.friction(omega) for effect in effects), start=none)
 
 
 def build_rig(
@@ -175,4 +180,4 @@ def acting(
     effects: tuple[type[AbstractEffect], ...], kind: str
 ) -> tuple[type[AbstractEffect], ...]:
     """Return the effects that act in records of a kind."""
-    return tuple(e for e in effects if e.kinds is None or kind in e.kinds)
+    return tuple(e for e in effects if e.acts_in(kind))

@@ -6,8 +6,8 @@ from jax import Array
 
 from rigid.rig import Rig, Surroundings
 
-UNITS = {"load": "N", "stroke": "m", "pressure": "Pa", "acceleration": "m/s^2"}
-"""What the sensors read, by quantity, and its SI unit."""
+UNITS = {"load": "N", "stroke": "m", "pressure": "Pa", "acceleration": "m/s^2", "force": "N"}
+"""What the sensors read, by quantity, and its SI unit; a force is read on other machines."""
 
 
 class Readings(NamedTuple):

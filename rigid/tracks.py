@@ -8,8 +8,10 @@ import numpy as np
 from jax import Array
 
 from rigid.errors import InputError
+from rigid.motion import lay
 from rigid.records.record import Record
 from rigid.solve.drive import Drive
+from rigid.solve.inverse import Along
 
 NOMINAL_STROKE = {"frame": (0.0, 6e-3), "free-run": (0.0, 0.1), "field": (0.0, 0.1)}
 """Stroke range [m] where no stroke was recorded. It places interpolation nodes; a stroke that is
@@ -78,6 +80,7 @@ class Track(eqx.Module):
     - `interval` [s], `samples`: the grid; `first` [s]: time of its first sample.
     - `drive`: of a slow record. - `stroke_low`, `stroke_high`, `switch_strokes` [m]: rough.
     - `onset`: of a release, the index of the first sample after it; `onset_time` [s].
+    - `along`: of a motion, what was measured of it.
     """
 
     label: str = eqx.field(static=True)
@@ -92,6 +95,7 @@ class Track(eqx.Module):
     stroke_low: Array = eqx.field(converter=jnp.asarray)
     stroke_high: Array = eqx.field(converter=jnp.asarray)
     switch_strokes: Array = eqx.field(converter=jnp.asarray)
+    along: Along | None = None
 
     @property
     def scope(self) -> tuple[str, str, str]:
@@ -118,8 +122,11 @@ class Track(eqx.Module):
 def make_track(record: Record) -> tuple[Track, Series]:
     """Lay a record on its grid.
 
-    Raises InputError where its samples are not evenly spaced or do not fit its valve programme.
+    Raises InputError where its samples are not evenly spaced or do not fit its valve programme,
+    or, of a motion, its corner.
     """
+    if record.kind == "motion":
+        return _motion(record)
     if not record.uniform:
         raise InputError(
             f"{record.path}: samples are not evenly spaced (median interval "
@@ -204,6 +211,27 @@ def _release(record: Record, series: Series, samples: int) -> tuple[Track, Serie
         switch_strokes=np.zeros(0),
     )
     return track, series.cut(onset - QUIET_LEAD, length)
+
+
+def _motion(record: Record) -> tuple[Track, Series]:
+    """Lay a measured motion: what is explained is its force."""
+    laid = lay(record)
+    track = Track(
+        label=f"{record.name},{record.cylinder}",
+        name=record.name,
+        kind=record.kind,
+        cylinder=record.cylinder,
+        interval=laid.interval,
+        samples=len(laid.force),
+        drive=None,
+        onset=None,
+        first=laid.first,
+        stroke_low=0.0,
+        stroke_high=0.0,
+        switch_strokes=np.zeros(0),
+        along=laid.along,
+    )
+    return track, Series({"force": laid.force}, {"force": laid.weight})
 
 
 def _onset(record: Record, series: Series) -> int:

@@ -13,7 +13,7 @@ from rigid.priors import AbstractLaw, Fixed, Lognormal, Normal, Uniform, make_la
 from rigid.problem import Problem
 from rigid.rig import Rig, build_rig
 from rigid.solve.drive import Drive
-from rigid.spec.values import SHEETS as DEFAULTS
+from rigid.spec.sheets import SHEETS as DEFAULTS
 from rigid.spec.values import RigSpec
 from rigid.tracks import Series, Track
 

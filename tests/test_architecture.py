@@ -22,7 +22,7 @@ LAYERS = (
     ("solve",),
     ("spec",),
     ("records",),
-    ("quantisation", "correlation"),
+    ("quantisation", "correlation", "motion"),
     ("noise", "priors", "tracks"),
     ("parameters",),
     ("groups",),

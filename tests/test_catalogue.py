@@ -16,7 +16,7 @@ from rigs import BASE, NOMINAL, drive, rig_of
 from scipy.integrate import quad, solve_ivp
 
 from rigid.effects import CATALOGUE, AbstractEffect
-from rigid.effects.base import PriorDescription
+from rigid.effects.base import MOTION, PriorDescription
 from rigid.rig import Surroundings
 from rigid.sensors import readings
 from rigid.solve import exponential, full, staggered
@@ -355,7 +355,8 @@ def section(effect: type[AbstractEffect]) -> str:
         for label, prior in zip(info.labels, info.priors, strict=True)
     ]
     table = "\n".join(["| parameter | unit | prior | absent at |", "|---|---|---|---|", *rows])
-    acts = "all records" if effect.kinds is None else ", ".join(effect.kinds)
+    every = "all records" if effect.acts_in(MOTION) else "all records of the rig"
+    acts = every if effect.kinds is None else ", ".join(effect.kinds)
     way = "steady" if effect.steady else "not steady"
     last = f"Source: {effect.source}. Acts in: {acts}; {way}."
     return f"## {effect.name}\n\nEquation: {effect.equation}.\n\n{doc}\n\n{table}\n\n{last}\n"

@@ -10,8 +10,12 @@ import jax.numpy as jnp
 from jax import Array
 from jax.typing import ArrayLike
 
+PLUNGER = "plunger-momentum"
+MOTION = "motion"
+"""The kind of record of another machine, of which one body and its force are seen."""
+
 EQUATIONS = (
-    "plunger-momentum",
+    PLUNGER,
     "cylinder-momentum",
     "oil-balance",
     "pump",
@@ -178,7 +182,8 @@ class AbstractEffect(eqx.Module):
     - `scales`: for each state of its own a typical value, in which solvers measure errors.
     - `steady`: whether the Jacobian of the motion hardly changes with anything but the oil column,
       so that the step matrices of the rig at rest serve everywhere.
-    - `kinds`: of records in which it acts; None for all.
+    - `kinds`: of records in which it acts; None for all of the rig, and for those of one moving
+      body alone (`MOTION`) if it pushes the plunger.
     - `bristle`: whether its one state relaxes at a rate that goes with the speed, and linearly in
       the state.
     """
@@ -214,6 +219,17 @@ class AbstractEffect(eqx.Module):
     def friction(self, omega: Array) -> Array:
         """Complex friction coefficient mu(omega) that the effect adds [N s/m]; 0 unless told."""
         return jnp.zeros_like(omega, dtype=complex)
+
+    @classmethod
+    def acts_in(cls, kind: str) -> bool:
+        """Whether the effect acts in records of a kind.
+
+        Where one body is all there is, what pushes it can act; oil, valve, load cell, root and the
+        rig's sensors are not there.
+        """
+        if cls.kinds is not None:
+            return kind in cls.kinds
+        return kind != MOTION or cls.equation == PLUNGER
 
     @classmethod
     def parameters(cls) -> tuple[ParameterInfo, ...]:

@@ -5,7 +5,7 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, normal, parameter
+from rigid.effects.base import MOTION, AbstractEffect, Action, State, normal, parameter
 
 
 class ConstantForce(AbstractEffect):
@@ -27,7 +27,7 @@ class ConstantForce(AbstractEffect):
     equation: ClassVar[str] = "plunger-momentum"
     source: ClassVar[str] = "paper, eq. (3), with a constant beside F_Ice"
     steady: ClassVar[bool] = True
-    kinds: ClassVar[tuple[str, ...] | None] = ("frame", "free-run", "field")
+    kinds: ClassVar[tuple[str, ...] | None] = ("frame", "free-run", "field", MOTION)
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the force."""

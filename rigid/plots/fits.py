@@ -87,6 +87,9 @@ def _residual_strip(axes: Axes, channel: ChannelFit, time_factor: float) -> None
 
 
 def _valve_bar(axes: Axes, channel: ChannelFit, time_factor: float) -> None:
+    axes.set_axis_off()
+    if not channel.valve:
+        return
     end = float(channel.time[-1]) * time_factor
     begin = float(channel.time[0]) * time_factor
     starts = [max(time * time_factor, begin) for time, _ in channel.valve]
@@ -102,7 +105,6 @@ def _valve_bar(axes: Axes, channel: ChannelFit, time_factor: float) -> None:
                 fontsize=6.5,
                 color=ink,
             )
-    axes.set_axis_off()
 
 
 def _legend(channels: Sequence[ChannelFit]) -> list[Line2D | Patch]:

@@ -21,12 +21,13 @@ def _require(holds: bool, name: str, said: str) -> None:
 class ChannelFit:
     """One sensor of one record beside what the posterior says it should have read.
 
-    - record, cylinder, kind: of the record; kind is frame, release, free-run or field
-    - quantity: load, stroke, pressure or acceleration
+    - record, cylinder, kind: of the record; kind is frame, release, free-run, field or motion
+    - quantity: load, stroke, pressure, acceleration or force
     - unit: of `data` and `quantiles`; an SI unit gets a prefix in the figure ("N" -> "kN")
     - quantiles: of the noiseless reading, gain and zero of the sensor included
     - residual: one step ahead, in standard deviations of the fitted noise
-    - valve: (time [s] from which, "open" | "shut" | "tank"), the first at the record's start
+    - valve: (time [s] from which, "open" | "shut" | "tank"), the first at the record's start;
+      empty where there is none
     - gap: RMS residual over the sheet's noise; 1 is a sensor as good as its sheet
     - correlation_time: of the fitted noise [s]; 0 where the noise is white
     """

@@ -24,6 +24,7 @@ MUST_MOVE = {
     "release": ("acceleration", "load"),
     "free-run": ("stroke",),
     "field": (),
+    "motion": ("position", "force"),
 }
 
 
@@ -44,6 +45,7 @@ class Run:
     - values: quantity -> (n,) SI; units: quantity -> unit in the spec, `time` included
     - stated: quantity -> known unit that the file itself gives, where it gives one
     - stretch: (n,) number of the stretch of the valve; open_valve: (n,) bool
+    - longest_step: s, beyond which a step of the clock is a gap; None: GAP sampling intervals
     """
 
     kind: str
@@ -54,6 +56,7 @@ class Run:
     stated: Mapping[str, str]
     stretch: np.ndarray
     open_valve: np.ndarray
+    longest_step: float | None = None
 
 
 def stretches(time: np.ndarray, valve: tuple[Stretch, ...]) -> tuple[np.ndarray, np.ndarray]:
@@ -108,7 +111,8 @@ def sampling(run: Run) -> list[Defect]:
     says = contradiction(run.stated.get("time", ""), unit) or implausible_interval(interval, unit)
     if says:
         found.append(Defect("unit", "time", says, everywhere))
-    wide = np.concatenate([[False], steps > GAP * interval])
+    longest = GAP * interval if run.longest_step is None else run.longest_step
+    wide = np.concatenate([[False], steps > longest])
     if wide.any():
         k = int(np.argmax(wide))
         says = (
@@ -206,7 +210,8 @@ def frozen(run: Run, quantity: str, sensors: Sheets) -> Iterator[Defect]:
     and in a hold a coarse converter repeats itself, and so it may.
     """
     values = run.values[quantity]
-    if quantity not in ("load", "stroke", "pressure") or len(values) < 2:
+    rig = run.kind != "motion" and quantity in ("load", "stroke", "pressure")
+    if not rig or len(values) < 2:
         return
     change = np.diff(values)
     still = (change == 0) & run.open_valve[1:] & (np.diff(run.stretch) == 0)

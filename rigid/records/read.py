@@ -11,12 +11,13 @@ from rigid.errors import InputError
 from rigid.records import checks
 from rigid.records.defects import Defect, causes, settle
 from rigid.records.files import Source, load
-from rigid.records.record import Channel, Record, grid
+from rigid.records.record import Channel, Record, grid, longest_step, usual_corner
 from rigid.records.table import Table
 from rigid.records.units import TIMESTAMP, to_si
 from rigid.spec import ChannelSpec, RecordSpec, Spec
 
 TIME = "time"
+UNEVEN = "samples are not evenly spaced; they are interpolated onto a grid of {:.4g} s"
 INVALIDATES = ("nan", "saturated")  # accepted, these make samples invalid
 
 
@@ -77,14 +78,14 @@ def read_record(
     source = _load(spec.file, {} if files is None else files)
     raw, notes = _on_clock(spec, _convert(spec, source.table, where), where)
     time = raw.columns[TIME]
-    stretch, open_valve = checks.stretches(time, spec.valve)
-    values = {quantity: v for quantity, v in raw.columns.items() if quantity != TIME}
-    units = {quantity: channel.unit for quantity, channel in spec.channels.items()}
-    stated = {q: source.table.units.get(name, "") for q, name in raw.names.items()}
-    run = checks.Run(spec.kind, time, raw.rows, values, units, stated, stretch, open_valve)
+    interval, uniform = grid(time)
+    corner = None
+    if spec.kind == "motion":
+        corner = spec.corner or usual_corner(interval)
+        notes += () if uniform else (UNEVEN.format(interval),)
+    run = _as_checked(spec, raw, source.table, corner)
     defects = causes(checks.sampling(run) + checks.channels(run, sensors), spec.accept)
     notes += settle(where, defects, spec.accept)
-    interval, uniform = grid(time)
     return Record(
         name=spec.name,
         kind=spec.kind,
@@ -92,13 +93,33 @@ def read_record(
         path=spec.file,
         sha256=source.sha256,
         time=time,
-        channels=_channels(raw, units, defects),
+        channels=_channels(raw, run.units, defects),
         valve=spec.valve,
         preload=spec.preload,
         release_time=spec.release_time,
         interval=interval,
         uniform=uniform,
         notes=(*source.table.notes, *notes),
+        corner=corner,
+    )
+
+
+def _as_checked(spec: RecordSpec, raw: Raw, table: Table, corner: float | None) -> checks.Run:
+    """Return the record as the checks see it.
+
+    - corner: of a motion, in Hz
+    """
+    stretch, open_valve = checks.stretches(raw.columns[TIME], spec.valve)
+    return checks.Run(
+        kind=spec.kind,
+        time=raw.columns[TIME],
+        rows=raw.rows,
+        values={quantity: v for quantity, v in raw.columns.items() if quantity != TIME},
+        units={quantity: channel.unit for quantity, channel in spec.channels.items()},
+        stated={q: table.units.get(name, "") for q, name in raw.names.items()},
+        stretch=stretch,
+        open_valve=open_valve,
+        longest_step=None if corner is None else longest_step(corner),
     )
 
 

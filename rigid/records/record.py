@@ -14,7 +14,7 @@ from rigid.spec import Known, Stretch
 class Channel:
     """What one sensor recorded.
 
-    - quantity: `load`, `stroke`, `pressure` or `acceleration`
+    - quantity: `load`, `stroke`, `pressure` or `acceleration`; `position` or `force` in a motion
     - values: (n,) float64 in SI, read-only; NaN where nothing was recorded
     - valid: (n,) bool, read-only; False where a sample must not be used
     - column, unit: where it stood in the file, and in which unit
@@ -43,6 +43,7 @@ class Record:
       gaps are allowed
     - sha256: of the file, hexadecimal
     - notes: what was dropped on reading and which defects were accepted
+    - corner: of a motion, the frequency in Hz up to which its force is explained
     """
 
     name: str
@@ -58,10 +59,26 @@ class Record:
     interval: float
     uniform: bool
     notes: tuple[str, ...] = ()
+    corner: float | None = None
 
     def __post_init__(self):
         object.__setattr__(self, "time", locked(self.time, np.float64))
         object.__setattr__(self, "channels", MappingProxyType(dict(self.channels)))
+
+
+SAMPLES_PER_PERIOD = 20.0
+"""Of the corner that a motion has where its spec states none: differences over a twentieth of a
+period still tell an acceleration from noise."""
+
+
+def usual_corner(interval: float) -> float:
+    """Corner [Hz] of a motion sampled every `interval` seconds, where its spec states none."""
+    return 1.0 / (SAMPLES_PER_PERIOD * interval)
+
+
+def longest_step(corner: float) -> float:
+    """Longest time between samples [s] that interpolation bridges: half a period of the corner."""
+    return 0.5 / corner
 
 
 def locked(values: np.ndarray, dtype: type) -> np.ndarray:

@@ -10,6 +10,8 @@ DIMENSIONS = {
     "stroke": "length",
     "pressure": "pressure",
     "acceleration": "acceleration",
+    "position": "length",
+    "force": "force",
 }
 GRAVITY = 9.80665  # m/s^2, standard
 POUND_FORCE = 4.4482216152605  # N
@@ -63,7 +65,7 @@ IN_NAME = re.compile(r".*[\[(]([^\[\]()]*)[\])]\s*")
 def to_si(quantity: str, unit: str, scale: float | None, where: str) -> float:
     """Return what a recorded 1 is worth in SI: the unit's factor, or `scale` for counts.
 
-    - quantity: `time`, `load`, `stroke`, `pressure` or `acceleration`
+    - quantity: a key of `DIMENSIONS`
     - unit: a name of `UNITS`, or `counts`
     - scale: SI per count; None unless the unit is `counts`
     - where: what the message begins with, such as the file, record and channel

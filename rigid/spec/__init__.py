@@ -3,13 +3,13 @@
 from rigid.spec.base import Known
 from rigid.spec.read import find_spec, load_spec
 from rigid.spec.record import ChannelSpec, DefectName, RecordSpec, Stretch
+from rigid.spec.sheets import SensorSpec
 from rigid.spec.values import (
     BandsSpec,
     LawSpec,
     ModelSpec,
     RigSpec,
     SamplerSpec,
-    SensorSpec,
     Spec,
 )
 

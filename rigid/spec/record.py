@@ -11,8 +11,8 @@ from pydantic import BeforeValidator, Field, model_validator
 from rigid.spec.base import POSITIVE, Flag, Known, Number, Real, Value, Whole, is_number, uncertain
 
 Position = Literal["open", "shut", "tank"]
-Kind = Literal["frame", "release", "free-run", "field"]
-Quantity = Literal["time", "load", "stroke", "pressure", "acceleration"]
+Kind = Literal["frame", "release", "free-run", "field", "motion"]
+Quantity = Literal["time", "load", "stroke", "pressure", "acceleration", "position", "force"]
 DefectName = Literal["time-not-increasing", "gap", "nan", "stuck", "saturated", "unit", "too-short"]
 """What can be wrong with a record and be accepted all the same; `rigid.records` finds it."""
 
@@ -75,6 +75,7 @@ class RecordSpec(Value):
     valve: tuple[Stretch, ...] = ()
     preload: Annotated[Known, uncertain(PRELOAD_SHARE), POSITIVE] | None = None
     release_time: Number | None = None
+    corner: Annotated[Real, Field(gt=0.0)] | None = None
     fit: Flag = True
     accept: tuple[DefectName, ...] = ()
     rows: Annotated[tuple[Whole, Whole], BeforeValidator(_lines)] | None = None
@@ -85,8 +86,8 @@ class RecordSpec(Value):
         """Fill what depends on the kind: the valve's programme and whether to fit."""
         if not isinstance(given, Mapping):
             return given
-        release = given.get("kind") == "release"
-        valve = ({"position": "shut" if release else "open"},)
+        position = "shut" if given.get("kind") == "release" else "open"
+        valve = () if given.get("kind") == "motion" else ({"position": position},)
         return {"valve": valve, "fit": given.get("kind") != "field"} | dict(given)
 
     @model_validator(mode="after")
@@ -94,7 +95,9 @@ class RecordSpec(Value):
         """Refuse what cannot be one run of this kind, each mistake in a sentence."""
         _require_channels(self)
         _require_release(self)
-        _require_programme(self.valve)
+        _require_motion(self)
+        if self.kind != "motion":
+            _require_programme(self.valve)
         if self.rows is not None and not 1 <= self.rows[0] <= self.rows[1]:
             raise ValueError("rows: the first line must be 1 or more, and not after the last")
         return self
@@ -107,6 +110,10 @@ def _require_channels(record: RecordSpec) -> None:
     if record.kind == "release":
         if "acceleration" not in record.channels:
             raise ValueError("channels: a release needs an entry 'acceleration'")
+    elif record.kind == "motion":
+        for needed in ("position", "force"):
+            if needed not in record.channels:
+                raise ValueError(f"channels: a motion needs an entry '{needed}'")
     elif record.kind == "field":
         if len(record.channels) < 2:
             raise ValueError("channels names no quantity beside time")
@@ -127,6 +134,27 @@ def _require_release(record: RecordSpec) -> None:
     for key in ("preload", "release_time"):
         if getattr(record, key) is not None:
             raise ValueError(f"{key} belongs to a release; this is a {record.kind}")
+
+
+MOTION_CHANNELS = ("time", "position", "force", "pressure")
+
+
+def _require_motion(record: RecordSpec) -> None:
+    """Refuse in a motion what belongs to the rig, and elsewhere what belongs to a motion."""
+    if record.kind == "motion":
+        if record.valve:
+            raise ValueError("valve: a motion has none; leave `valve` out")
+        other = [q for q in record.channels if q not in MOTION_CHANNELS]
+        if other:
+            raise ValueError(
+                f"channels: a motion has no '{other[0]}'; it takes {', '.join(MOTION_CHANNELS)}"
+            )
+        return
+    for quantity in ("position", "force"):
+        if quantity in record.channels:
+            raise ValueError(f"channels: '{quantity}' belongs to a motion; this is a {record.kind}")
+    if record.corner is not None:
+        raise ValueError(f"corner belongs to a motion; this is a {record.kind}")
 
 
 def _require_programme(valve: tuple[Stretch, ...]) -> None:

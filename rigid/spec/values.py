@@ -4,10 +4,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from rigid.spec.base import POSITIVE, Flag, Known, Real, Value, Whole, uncertain
 from rigid.spec.record import RecordSpec
+from rigid.spec.sheets import SensorsSpec
 
 YOUNG = 200e9  # Pa; paper, after eq. (16)
 BEAM_AREA = (0.13 + 2 * 0.06) * 0.006  # m^2; S_B = (b + 2 w) h, eq. (15), "Calibration experiments"
@@ -58,11 +59,16 @@ class RigSpec(Value):
         return {name: getattr(self, name) for name in names} | {"k_frame": self.frame_stiffness}
 
 
+BODY = "plunger"
+"""What moves in the rig; equations of motion are named by it."""
+
+
 class ModelSpec(Value):
     """What acts on the rig.
 
     - `effects`: by name. - `only`: effects that act in one kind, cylinder or record alone.
     - `vary`: what a parameter varies by. - `candidates`: what may be missing.
+    - `body`: what moves, in what is reported.
     """
 
     effects: tuple[str, ...] = (
@@ -74,6 +80,11 @@ class ModelSpec(Value):
     only: Mapping[str, str] = {}
     candidates: tuple[str, ...] | None = None
     vary: Mapping[str, Literal["kind", "cylinder", "record"]] = {}
+    body: Annotated[str, Field(pattern=r"^[a-z][a-z0-9-]*$")] = BODY
+
+    def equation(self, name: str) -> str:
+        """Name of an equation in what is reported: "plunger-momentum" is that of the body."""
+        return name.replace(BODY, self.body, 1) if name.startswith(BODY) else name
 
     @model_validator(mode="after")
     def once(self) -> "ModelSpec":
@@ -104,94 +115,6 @@ class LawSpec(Value):
         if not isinstance(arguments, Mapping):
             arguments = {"value": arguments}
         return {"law": law, "arguments": arguments}
-
-
-def _pair(given: Any) -> Any:
-    """Refuse what is no list of two."""
-    if not isinstance(given, (list, tuple)) or len(given) != 2:
-        raise ValueError("must be two numbers, as in [-3.3e5, 3.3e5]")
-    return given
-
-
-class SensorSpec(Value):
-    """A sensor's sheet: converter `step`, `noise` of a sample before it, spread of gain and zero.
-
-    `range`: least and greatest value it can show. All SI, gain_sd without unit.
-    """
-
-    step: Annotated[Real, Field(ge=0.0)]
-    noise: Annotated[Real, Field(gt=0.0)]
-    gain_sd: Annotated[Real, Field(gt=0.0)]
-    zero_sd: Annotated[Real, Field(gt=0.0)]
-    range: Annotated[tuple[Real, Real], BeforeValidator(_pair)]
-
-    @model_validator(mode="after")
-    def ordered(self) -> "SensorSpec":
-        """Refuse a range that is empty."""
-        if not self.range[0] < self.range[1]:
-            raise ValueError("range: the first number must be below the second")
-        return self
-
-
-G = 9.80665
-PSI = 6894.757
-SHEETS: dict[str, dict[str, Any]] = {
-    # Steps: paper, "Construction of the hydraulic rig". Gain, zero, noise: docs/spec.md.
-    "load": {
-        "step": 295.0,
-        "noise": 295.0 / 2,
-        "gain_sd": 1e-3,
-        "zero_sd": 100.0,
-        "range": (-3.3e5, 3.3e5),
-    },
-    "stroke": {
-        "step": 0.22e-3,
-        "noise": 0.22e-3 / 4,
-        "gain_sd": 1e-3,
-        "zero_sd": 0.12e-3,
-        "range": (-0.01, 0.4),
-    },
-    "pressure": {
-        "step": 5 * PSI,
-        "noise": 5 * PSI / 3,
-        "gain_sd": 1e-3,
-        "zero_sd": 0.25e5,
-        "range": (-1e5, 750e5),
-    },
-    "acceleration": {
-        "step": 0.0,
-        "noise": 0.35,
-        "gain_sd": 1e-2,
-        "zero_sd": 0.05,
-        "range": (-200 * G, 200 * G),
-    },
-}
-
-
-class SensorsSpec(Value):
-    """Sheets of the four kinds of sensor; what a spec leaves out keeps the defaults."""
-
-    load: SensorSpec = SensorSpec(**SHEETS["load"])
-    stroke: SensorSpec = SensorSpec(**SHEETS["stroke"])
-    pressure: SensorSpec = SensorSpec(**SHEETS["pressure"])
-    acceleration: SensorSpec = SensorSpec(**SHEETS["acceleration"])
-
-    @model_validator(mode="before")
-    @classmethod
-    def completed(cls, given: Any) -> Any:
-        """Fill what a sheet leaves out."""
-        if not isinstance(given, Mapping):
-            return given
-        return {
-            name: {**SHEETS[name], **sheet}
-            if name in SHEETS and isinstance(sheet, Mapping)
-            else sheet
-            for name, sheet in given.items()
-        }
-
-    def __getitem__(self, quantity: str) -> SensorSpec:
-        """Sheet of a quantity."""
-        return getattr(self, quantity)
 
 
 class SamplerSpec(Value):
@@ -252,6 +175,16 @@ class SpecBody(Value):
                     f"records: '{r.name}' is a {kinds[r.name]} on one cylinder and a {r.kind} on "
                     "another; one name is one run, give one of them another name"
                 )
+        return self
+
+    @model_validator(mode="after")
+    def force_known(self) -> "SpecBody":
+        """Refuse motions without the sheet of their force sensor."""
+        if self.sensors.force is None and any(r.kind == "motion" for r in self.records):
+            raise ValueError(
+                "sensors: a motion needs the sheet of its force sensor, as in "
+                "force = { noise = 2.0, gain_sd = 0.01, zero_sd = 1.0 } (N)"
+            )
         return self
 
 
