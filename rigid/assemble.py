@@ -25,6 +25,7 @@ RIG_SYMBOLS = {
     "k_frame": (r"k_\mathrm{frame}", "N/m"),
     "k_oil": (r"k_\mathrm{oil}", "Pa"),
     "p_max": (r"p_\mathrm{max}", "Pa"),
+    "presliding": (r"z_\mathrm{C}", "m"),
 }
 
 KAPPA_PRIOR = PriorDescription("lognormal", {"median": 0.2, "factor": 3.0})
@@ -36,8 +37,8 @@ FLAT_FROM = 5.0 / STEEPNESS
 """Pressure below p_max [Pa] from which on the pump's flow hardly changes: by sech^2(5) = 2e-4 of
 its slope at p_max."""
 
-MOTION_CONSTANTS = ("M_Pl", "S_Pl")
-"""Constants of one moving body: its mass, and the area that a pressure acts on."""
+MOTION_CONSTANTS = ("M_Pl", "S_Pl", "presliding")
+"""Constants of one body: its mass, the area that a pressure acts on, where bristles slide."""
 
 NOISE_FACTOR = 1.5
 """The sheet gives the noise of one sample as 'about' so much."""

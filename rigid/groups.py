@@ -123,9 +123,8 @@ class MotionGroup(AbstractGroup):
     def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
         """Return the force."""
         seen = scoped(values, self.tracks[0].scope)
-        effects = tuple(effect.build(seen) for effect in self.effects)
         along = inverse.together([t.along for t in self.tracks if t.along is not None])
-        return {"force": inverse.force(effects, seen["M_Pl"], seen["S_Pl"], along)}
+        return {"force": inverse.force(inverse.build_body(self.effects, seen), along)}
 
 
 def flow_label(track: Track, level: int) -> str:

@@ -24,16 +24,16 @@ SMOOTHER = 2.0
 ORDER = 2
 """Of the Butterworth filter, which runs forth and back."""
 
-NODES = 6.0
-"""Nodes in a period of the corner. What they take for something below the corner lies at 5 corners
-or more, where the Butterworth filter has left 1/40 or less."""
+NODES = 12.0
+"""Nodes in a period of the corner. A bristle turns over between two of them; the instant of it is
+known to half their spacing, a twelfth of what a sample of the force averages over."""
 
-STRIDE = 3
+STRIDE = 6
 """Nodes between samples of the force: two samples in a period of the corner, so that noise behind
 the low-pass is as good as white from sample to sample. What little folds over at the corner does so
 on both sides alike."""
 
-TAPS = 61
+TAPS = 121
 """Of the low-pass (Hamming window): it falls from 1 to 0 within 0.33 corners about the corner."""
 
 HIGHEST = 0.2

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from rigid.effects.base import AbstractEffect, Action, Distortion, Seen, State
+from rigid.effects.bristle import PRESLIDING
 
 CORE_SCALES = (1e-4, 1e-1, 1e-4, 1e-1, 1e6)
 """Typical size of x_HC [m], v_HC [m/s], x_Pl [m], v_Pl [m/s] and p [Pa] in this rig."""
@@ -57,6 +58,7 @@ class Rig(eqx.Module):
     - `area`: S_Pl [m^2].
     - `column`: L_0, the oil column at zero stroke [m].
     - `effects`: what acts on the rig.
+    - `presliding`: bending [m] at which a stiff bristle slides.
     """
 
     cylinder_mass: Array
@@ -64,6 +66,7 @@ class Rig(eqx.Module):
     area: Array
     column: Array
     effects: tuple[AbstractEffect, ...]
+    presliding: Array | float = PRESLIDING
 
     @property
     def scales(self) -> tuple[float, ...]:
@@ -98,6 +101,7 @@ class Rig(eqx.Module):
         return State(
             x_hc, v_hc, x_pl, v_pl, pressure, column, x_root, v_root, self.area,
             outside.contact_stiffness, outside.flow_fraction, outside.time,
+            self.presliding,
         )  # fmt: skip
 
     def actions(self, flat: Array | tuple, state: State) -> list[Action]:
@@ -165,6 +169,7 @@ def build_rig(
 ) -> Rig:
     """Make a rig from flat values: masses `M_HC`, `M_Pl`, `M_Fl`, `S_Pl`, `L_0` and the effects'.
 
+    `presliding` may be left out, as in posteriors of before it was a constant of the rig.
     Values may carry a trailing axis (walkers) as long as all broadcast.
     """
     return Rig(
@@ -173,6 +178,7 @@ def build_rig(
         area=jnp.asarray(values["S_Pl"]),
         column=jnp.asarray(values["L_0"]),
         effects=tuple(effect.build(values) for effect in effects),
+        presliding=jnp.asarray(values.get("presliding", PRESLIDING)),
     )
 
 

@@ -139,3 +139,29 @@ def test_a_channel_at_rest_between_two_codes():
     bias = as_values.mean() - true
     assert bias == pytest.approx(expected, abs=0.003)
     assert abs(bias) > 3 * as_values.std()
+
+
+def test_a_sensor_without_spread_is_taken_at_its_word():
+    """Exact gain and zero: the likelihood is that of the residuals as they are."""
+    sigma = 150.0
+    true, data = sensor_samples(300, sigma, 5)
+    law = sample_law(jnp.asarray([sigma]), 0.0, sigma)
+    exact = expanded(law, true, data, sigma**2, Spread(0.0, 0.0))
+    alone = stats.norm.logpdf(data - true, 0.0, sigma).sum()
+    assert float(exact.value[0]) == pytest.approx(alone, rel=1e-12)
+    assert [float(x[0]) for x in (*exact.best, *exact[2:])] == [0.0] * 5
+
+
+@pytest.mark.parametrize("spread", [Spread(0.0, 100.0), Spread(1e-3, 0.0)])
+def test_one_spread_of_none_is_the_limit_of_a_small_one(spread: Spread):
+    """Spreads of 1e-9 of their usual size change the value by some 1e-9 of its derivative."""
+    sigma = 150.0
+    true, data = sensor_samples(300, sigma, 6)
+    law = sample_law(jnp.asarray([sigma]), 0.0, sigma)
+    small = Spread(spread.gain or 1e-12, spread.zero or 1e-7)
+    at, near = (expanded(law, true, data, sigma**2, s) for s in (spread, small))
+    assert float(at.value[0]) == pytest.approx(float(near.value[0]), rel=1e-9)
+    for got, expected in ((at.best.gain, near.best.gain), (at.best.zero, near.best.zero)):
+        assert float(got[0]) == pytest.approx(float(expected[0]), rel=1e-5, abs=1e-8)
+    for got, expected in ((at.var_gain, near.var_gain), (at.var_zero, near.var_zero)):
+        assert float(got[0]) == pytest.approx(float(expected[0]), rel=1e-5, abs=1e-12)

@@ -34,6 +34,10 @@ TIME = 'time = { column = "t", unit = "s" }'
 CHANNELS = f'channels = {{ {TIME}, load = {{ column = "F", unit = "kN" }} }}'
 FRAME = f'[[records]]\nname = "f"\nkind = "frame"\nfile = "f.csv"\n{CHANNELS}\n'
 ACCELERATION = f'channels = {{ {TIME}, acceleration = {{ column = "a", unit = "g" }} }}'
+FORCE = 'force = { column = "F", unit = "N" }'
+PUSHED = f'channels = {{ {TIME}, position = {{ column = "x", unit = "m" }}, {FORCE} }}'
+MOTION = f'[[records]]\nname = "m"\nkind = "motion"\nfile = "m.csv"\n{PUSHED}\n'
+SHEET = "[sensors]\nforce = { noise = 2.0, gain_sd = 0, zero_sd = 0 }\n"
 RELEASE = f'[[records]]\nname = "r"\nkind = "release"\nfile = "r.csv"\n{ACCELERATION}\n'
 
 
@@ -83,7 +87,9 @@ def test_the_rig_of_the_contract(write):
         assert relative(getattr(rig, name)) == pytest.approx(share / 100)
     assert rig.frame_stiffness.value == pytest.approx(2 * 200e9 * 0.25 * 0.006 / 2.1)
     assert relative(rig.frame_stiffness) == pytest.approx(0.03)
-    assert set(rig.known) == {"M_HC", "M_Pl", "M_Fl", "S_Pl", "k_oil", "L_0", "p_max", "k_frame"}
+    assert rig.presliding == Known(value=2e-5)
+    known = {"M_HC", "M_Pl", "M_Fl", "S_Pl", "k_oil", "L_0", "p_max", "presliding", "k_frame"}
+    assert set(rig.known) == known
 
 
 SENSORS = {  # step, noise, gain, zero: the contract's table
@@ -353,9 +359,9 @@ REFUSED = {
     FRAME.replace("load =", "Load ="): (
         "[[records]] 'f' channels: unknown channel 'Load'; did you mean 'load'?"
     ),
-    FRAME.replace("load =", "force ="): (
-        "[[records]] 'f' channels: unknown channel 'force'; known are time, load, stroke, "
-        "pressure, acceleration"
+    FRAME.replace("load =", "colour ="): (
+        "[[records]] 'f' channels: unknown channel 'colour'; known are time, load, stroke, "
+        "pressure, acceleration, position, force"
     ),
     FRAME.replace('"frame"', '"free_run"'): (
         "[[records]] 'f' kind: unknown kind 'free_run'; did you mean 'free-run'?"
@@ -364,7 +370,7 @@ REFUSED = {
         "[[records]] 'f' kind: unknown kind 'Frame'; did you mean 'frame'?"
     ),
     FRAME.replace('"frame"', "3"): (
-        "[[records]] 'f' kind: must be one of frame, release, free-run, field; found 3"
+        "[[records]] 'f' kind: must be one of frame, release, free-run, field, motion; found 3"
     ),
     FRAME + 'valve = [{ position = "closed" }]': (
         "[[records]] 'f' valve.entry 1.position: unknown position 'closed'; known are open, shut, "
@@ -471,6 +477,34 @@ REFUSED = {
     FRAME + "rows = [9, 3]": (
         "[[records]] 'f': rows: the first line must be 1 or more, and not after the last"
     ),
+    # Motions
+    MOTION: (
+        "[top level]: sensors: a motion needs the sheet of its force sensor, as in force = "
+        "{ noise = 2.0, gain_sd = 0.01, zero_sd = 1.0 } (N)"
+    ),
+    SHEET.replace("noise", "step = 1, noise"): (
+        "[sensors]: force: step: the low-pass of a motion leaves none; leave it out, it counts as "
+        "noise of step/sqrt(12)"
+    ),
+    SHEET.replace(", zero_sd = 0", ""): "[sensors] force.zero_sd: is missing",
+    SHEET + MOTION.replace("position =", "stroke ="): (
+        "[[records]] 'm': channels: a motion needs an entry 'position'"
+    ),
+    SHEET + MOTION.replace("time =", 'load = { column = 1, unit = "N" }, time ='): (
+        "[[records]] 'm': channels: a motion has no 'load'; it takes time, position, force, "
+        "pressure"
+    ),
+    SHEET + MOTION + 'valve = [{ position = "open" }]': (
+        "[[records]] 'm': valve: a motion has none; leave `valve` out"
+    ),
+    SHEET + MOTION + "corner = 0": "[[records]] 'm' corner: must be above 0; found 0",
+    FRAME + "corner = 5": "[[records]] 'f': corner belongs to a motion; this is a frame",
+    FRAME.replace("load =", 'force = { column = 1, unit = "N" }, load ='): (
+        "[[records]] 'f': channels: 'force' belongs to a motion; this is a frame"
+    ),
+    '[model]\nbody = "my cart"': (
+        "[model] body: must be a word in small letters, as in 'carriage'; found 'my cart'"
+    ),
     FRAME + FRAME: (
         "[top level]: records: 'f' on cylinder A stands twice; give one of them another name"
     ),
@@ -518,6 +552,16 @@ def test_what_is_no_text_is_refused(tmp_path, content):
 def test_a_file_that_is_gone_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"gone\.toml: cannot be read"):
         load_spec(tmp_path / "gone.toml")
+
+
+def test_a_motion_has_no_valve_and_its_force_may_be_exact(write):
+    spec = load_spec(write(SHEET + '[model]\nbody = "carriage"\n' + MOTION + "corner = 5"))
+    (record,) = spec.records
+    assert (record.valve, record.fit, record.corner) == ((), True, 5.0)
+    sheet = spec.sensors["force"]
+    assert (sheet.step, sheet.noise, sheet.gain_sd, sheet.zero_sd) == (0.0, 2.0, 0.0, 0.0)
+    assert spec.model.equation("plunger-momentum") == "carriage-momentum"
+    assert spec.model.equation("cylinder-momentum") == "cylinder-momentum"
 
 
 # Looking for a spec

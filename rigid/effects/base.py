@@ -10,6 +10,8 @@ import jax.numpy as jnp
 from jax import Array
 from jax.typing import ArrayLike
 
+from rigid.effects.bristle import PRESLIDING
+
 PLUNGER = "plunger-momentum"
 MOTION = "motion"
 """The kind of record of another machine, of which one body and its force are seen."""
@@ -104,6 +106,7 @@ class State(NamedTuple):
     - `contact_stiffness` [N/m]: of the frame in the plunger's way, 0 where it is free.
     - `flow_fraction` [-]: what the valve passes. - `time` [s]: since the record began, or since
       the release.
+    - `presliding` [m]: bending at which a stiff bristle slides.
     """
 
     x_cylinder: Array
@@ -118,6 +121,7 @@ class State(NamedTuple):
     contact_stiffness: Array | float = 0.0
     flow_fraction: Array | float = 0.0
     time: Array | float = 0.0
+    presliding: Array | float = PRESLIDING
 
     @property
     def stroke(self) -> Array:

@@ -12,8 +12,9 @@ from jax import Array
 from jax.typing import ArrayLike
 
 PRESLIDING = 2e-5
-"""Bending [m] at which a stiff bristle slides: a tenth of a step of the stroke sensor, so that on
-record the plunger sticks or slides, with nothing to be seen between."""
+"""Bending [m] at which a stiff bristle slides where a spec does not say: a tenth of a step of the
+rig's stroke sensor, so that on record the plunger sticks or slides, with nothing to be seen
+between."""
 
 SPEED_ROUNDING = 1e-7
 """Speed [m/s] below which |v| is rounded off, so that it has a derivative at rest; a plunger that
@@ -25,12 +26,10 @@ def magnitude(slip: Array) -> Array:
     return jnp.sqrt(slip**2 + SPEED_ROUNDING**2) - SPEED_ROUNDING
 
 
-def share_rate(
-    share: Array, slip: Array, limit: ArrayLike = 1.0, bending: ArrayLike = PRESLIDING
-) -> Array:
+def share_rate(share: Array, slip: Array, bending: ArrayLike, limit: ArrayLike = 1.0) -> Array:
     """Rate [1/s] of the share of the sliding force that a bristle carries.
 
-    - `share`: now. - `slip` [m/s]. - `limit`: share at which it slides. - `bending` [m]: there.
+    - `share`: now. - `slip` [m/s]. - `bending` [m]: at which it slides. - `limit`: share there.
     """
     return (slip - magnitude(slip) * share / limit) / bending
 

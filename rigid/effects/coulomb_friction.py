@@ -27,4 +27,6 @@ class CoulombFriction(AbstractEffect):
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:
         """Return the force of the bristle and the rate at which it bends."""
         (share,) = own
-        return Action(between=-self.force * share, rates=(share_rate(share, state.slip),))
+        return Action(
+            between=-self.force * share, rates=(share_rate(share, state.slip, state.presliding),)
+        )

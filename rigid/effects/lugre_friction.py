@@ -33,7 +33,7 @@ class LuGreFriction(AbstractEffect):
         """Return the force of the bristle and the rate at which it bends."""
         (share,) = own
         limit = stribeck_limit(state.slip, self.excess, self.speed)
-        rate = share_rate(share, state.slip, limit, self.bending)
+        rate = share_rate(share, state.slip, self.bending, limit)
         # Damping goes with the bristle, so that without its force there is none.
         damped = self.damping * self.bending * rate * self.force / (self.force + 1.0)
         return Action(between=-self.force * share - damped, rates=(rate,))

@@ -35,4 +35,6 @@ class PressureDependentFriction(AbstractEffect):
         (share,) = own
         pressing = LEAST_PRESSURE * jnp.logaddexp(0.0, state.pressure / LEAST_PRESSURE)
         limit = self.coefficient * (pressing - LEAST_PRESSURE * jnp.log(2.0))
-        return Action(between=-limit * share, rates=(share_rate(share, state.slip),))
+        return Action(
+            between=-limit * share, rates=(share_rate(share, state.slip, state.presliding),)
+        )

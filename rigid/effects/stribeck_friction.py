@@ -29,4 +29,5 @@ class StribeckFriction(AbstractEffect):
         """Return the force of the bristle and the rate at which it bends."""
         (share,) = own
         limit = stribeck_limit(state.slip, self.excess, self.speed)
-        return Action(between=-self.force * share, rates=(share_rate(share, state.slip, limit),))
+        rate = share_rate(share, state.slip, state.presliding, limit)
+        return Action(between=-self.force * share, rates=(rate,))

@@ -26,6 +26,9 @@ from rigid.spec.values import SpecBody
 
 CORE = ("M_HC", "M_Pl", "M_Fl", "S_Pl", "L_0")
 
+LATER = ("presliding",)
+"""Constants of the rig that older posteriors do not hold; they have a default."""
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Law:
@@ -146,6 +149,7 @@ def draws(law: Law, field: Field) -> Draws:
     """
     seen = scoped(law.values, ("field", field.cylinder, field.label))
     names = [*CORE, *(n for e in law.effects for p in e.parameters() for n in p.labels)]
+    names += [n for n in LATER if n in seen]
     for name in names:
         if name not in seen:
             known = [k for k in seen if k.startswith(f"{name}[")]

@@ -15,6 +15,7 @@ Hochbruck and Ostermann 2010, Acta Numerica 19, for the step.
 Arrays are (nodes, tracks, walkers); those of the motion have no walkers.
 """
 
+from collections.abc import Mapping
 from functools import reduce
 from operator import add
 
@@ -72,16 +73,37 @@ def together(runs: list[Along]) -> Along:
     )
 
 
-def force(effects: tuple[AbstractEffect, ...], mass: Array, area: Array, along: Along) -> Array:
+class Body(eqx.Module):
+    """What moves; each (walkers,).
+
+    - `mass` [kg]. - `area` [m^2]: that the pressure acts on. - `presliding` [m]: bending at which a
+      stiff bristle slides. - `effects`: what acts on it.
+    """
+
+    mass: Array
+    area: Array
+    presliding: Array
+    effects: tuple[AbstractEffect, ...]
+
+
+def build_body(effects: tuple[type[AbstractEffect], ...], values: Mapping[str, Array]) -> Body:
+    """Make a body from flat values: `M_Pl`, `S_Pl`, `presliding` and the effects'."""
+    return Body(
+        mass=jnp.asarray(values["M_Pl"]),
+        area=jnp.asarray(values["S_Pl"]),
+        presliding=jnp.asarray(values["presliding"]),
+        effects=tuple(effect.build(values) for effect in effects),
+    )
+
+
+def force(body: Body, along: Along) -> Array:
     """Force that the sensor reads, through the low-pass, (samples, tracks, walkers) [N].
 
-    - `effects`: built. - `mass` (walkers,) [kg]: that moves. - `area` (walkers,) [m^2]: that the
-      pressure acts on. - `along`: motions side by side.
+    - `along`: motions side by side.
     """
-    state = _states(along, area)
-    taken = mass * along.acceleration[..., None] - area * state.pressure
-    own = _led(effects, along, area)
-    for effect, states in zip(effects, own, strict=True):
+    state = _states(body, along)
+    taken = body.mass * along.acceleration[..., None] - body.area * state.pressure
+    for effect, states in zip(body.effects, _led(body, along), strict=True):
         action = effect(state, states)
         taken = taken - action.between - action.on_plunger
     return filtered(taken, along.kernel, along.stride)
@@ -98,7 +120,7 @@ def filtered(series: Array, kernel: Array, stride: int) -> Array:
     return reduce(add, (kernel[j] * series[j : j + span : stride] for j in range(taps)))
 
 
-def _states(along: Along, area: Array) -> State:
+def _states(body: Body, along: Along) -> State:
     """Return the states at all nodes; the body slides on what does not move."""
     time = along.first + along.interval * jnp.arange(along.position.shape[0])[:, None]
     still = jnp.zeros_like(along.position)[..., None]
@@ -109,27 +131,29 @@ def _states(along: Along, area: Array) -> State:
         v_plunger=along.velocity[..., None],
         pressure=along.pressure[..., None],
         column=still,
-        area=area,
+        area=body.area,
         time=time[..., None],
+        presliding=body.presliding,
     )
 
 
-def _between(along: Along, area: Array) -> State:
+def _between(body: Body, along: Along) -> State:
     """Return the states in the middle of each step, the speed being what the step covers."""
-    state = _states(along, area)
+    state = _states(body, along)
     middle = jax.tree.map(
         lambda x: 0.5 * (x[1:] + x[:-1]) if jnp.ndim(x) == 3 else x, state
     )  # fmt: skip
     return middle._replace(v_plunger=jnp.diff(state.x_plunger, axis=0) / along.interval)
 
 
-def _led(effects: tuple[AbstractEffect, ...], along: Along, area: Array) -> Own:
+def _led(body: Body, along: Along) -> Own:
     """States of the effects' own at all nodes, 0 at the first; () for effects without any."""
+    effects = body.effects
     if not any(effect.scales for effect in effects):
         return tuple(() for _ in effects)
-    middles = _between(along, area)
+    middles = _between(body, along)
     moving = {k: v for k, v in middles._asdict().items() if jnp.ndim(v) == 3}
-    shape = jnp.broadcast_shapes((*along.position.shape[1:], 1), area.shape)
+    shape = jnp.broadcast_shapes((*along.position.shape[1:], 1), body.area.shape)
     rest = tuple(tuple(jnp.zeros(shape) for _ in effect.scales) for effect in effects)
 
     def advance(own: Own, row: dict[str, Array]) -> tuple[Own, Own]:

@@ -1,10 +1,11 @@
 """What a spec says, as frozen values. SI, once the record readers have converted units."""
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from rigid.spec.base import POSITIVE, Flag, Known, Real, Value, Whole, uncertain
 from rigid.spec.record import RecordSpec
@@ -42,6 +43,7 @@ class RigSpec(Value):
     L_0: Annotated[Known, uncertain(COLUMN_SHARE), POSITIVE] = _relative(0.20, COLUMN_SHARE)
     p_max: Annotated[Known, uncertain(0.0), POSITIVE] = Known(value=700e5)
     k_frame: Annotated[Known, uncertain(FRAME_SHARE), POSITIVE] | None = None
+    presliding: Annotated[Known, uncertain(0.0), POSITIVE] = Known(value=2e-5)
     frame_beams: Literal["two-per-cylinder", "two-shared"] = "two-per-cylinder"
 
     @property
@@ -55,12 +57,19 @@ class RigSpec(Value):
     @property
     def known(self) -> dict[str, Known]:
         """All constants by their symbol."""
-        names = ("M_HC", "M_Pl", "M_Fl", "S_Pl", "k_oil", "L_0", "p_max")
+        names = ("M_HC", "M_Pl", "M_Fl", "S_Pl", "k_oil", "L_0", "p_max", "presliding")
         return {name: getattr(self, name) for name in names} | {"k_frame": self.frame_stiffness}
 
 
 BODY = "plunger"
 """What moves in the rig; equations of motion are named by it."""
+
+
+def _word(given: str) -> str:
+    """Refuse what does not go into the name of an equation."""
+    if not re.fullmatch(r"[a-z][a-z0-9-]*", given):
+        raise ValueError(f"must be a word in small letters, as in 'carriage'; found {given!r}")
+    return given
 
 
 class ModelSpec(Value):
@@ -80,7 +89,7 @@ class ModelSpec(Value):
     only: Mapping[str, str] = {}
     candidates: tuple[str, ...] | None = None
     vary: Mapping[str, Literal["kind", "cylinder", "record"]] = {}
-    body: Annotated[str, Field(pattern=r"^[a-z][a-z0-9-]*$")] = BODY
+    body: Annotated[str, AfterValidator(_word)] = BODY
 
     def equation(self, name: str) -> str:
         """Name of an equation in what is reported: "plunger-momentum" is that of the body."""

@@ -1,0 +1,332 @@
+"""Measured motions: filters, the force along them, and a simulated machine found again."""
+
+import dataclasses
+from pathlib import Path
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from rigid.assemble import assemble
+from rigid.effects import CATALOGUE
+from rigid.effects.bristle import PRESLIDING
+from rigid.errors import InputError
+from rigid.groups import MotionGroup
+from rigid.motion import NODES, SMOOTHER, STRIDE, TAPS, lay
+from rigid.outcome import values_of
+from rigid.records.read import read_records
+from rigid.records.record import Channel, Record
+from rigid.rig import acting
+from rigid.search import search
+from rigid.solve import inverse
+from rigid.spec import load_spec
+from rigid.tracks import make_track
+
+PUSHING = {
+    "viscous-friction",
+    "coulomb-friction",
+    "stribeck-friction",
+    "lugre-friction",
+    "frequency-dependent-friction",
+    "pressure-dependent-friction",
+    "constant-force",
+    "direction-dependent-viscosity",
+}
+CORNER = 10.0
+
+
+def record(time: np.ndarray, corner: float = CORNER, **series: np.ndarray) -> Record:
+    given = {"force": np.zeros(len(time))} | series
+    channels = {q: Channel(q, v, np.isfinite(v), q, "SI") for q, v in given.items()}
+    steps = np.diff(time)
+    uniform = bool(np.ptp(steps) < 1e-9)
+    return Record(
+        "one", "motion", "A", Path("one.csv"), "0", time, channels, (), None, None,
+        float(np.median(steps)), uniform, corner=corner,
+    )  # fmt: skip
+
+
+def alone(along: inverse.Along) -> inverse.Along:
+    return inverse.together([along])
+
+
+def by_hand(time: np.ndarray, position: np.ndarray, **more: np.ndarray) -> inverse.Along:
+    """Nodes of a motion whose derivatives are known; the low-pass lets everything pass."""
+    given = {"velocity": 0.0, "acceleration": 0.0, "pressure": 0.0} | more
+    columns = {k: np.broadcast_to(v, position.shape) for k, v in given.items()}
+    return inverse.Along(
+        position=position, **columns, first=time[0], kernel=np.ones(1),
+        interval=float(time[1] - time[0]), stride=1,
+    )  # fmt: skip
+
+
+def built(*names: str, **values: float):
+    wide = {
+        k.replace("_1", "[1]").replace("_2", "[2]"): jnp.asarray([v]) for k, v in values.items()
+    }
+    return tuple(CATALOGUE[name].build(wide) for name in names)
+
+
+def force(effects, along, mass: float = 0.0, area: float = 0.0) -> np.ndarray:
+    body = inverse.Body(*(jnp.asarray([x]) for x in (mass, area, PRESLIDING)), effects)
+    return np.asarray(inverse.force(body, alone(along)))[:, 0, 0]
+
+
+def test_only_what_pushes_the_body_acts_in_a_motion():
+    assert {e.name for e in acting(tuple(CATALOGUE.values()), "motion")} == PUSHING
+    for kind in ("frame", "free-run", "field", "release"):
+        allowed = {e.name for e in CATALOGUE.values() if e.kinds is None or kind in e.kinds}
+        assert {e.name for e in acting(tuple(CATALOGUE.values()), kind)} == allowed
+
+
+# Filters
+
+
+def test_a_slow_motion_comes_out_with_its_derivatives():
+    """At a tenth of the corner the filter lets 1/(1 + (f/2c)^4) pass: 6.25e-6 are lost."""
+    time, frequency = 3.0 + 5e-3 * np.arange(2000), 0.1 * CORNER
+    omega = 2 * np.pi * frequency
+    lost = (frequency / (SMOOTHER * CORNER)) ** 4
+    laid = lay(record(time, position=np.sin(omega * (time - 3.0))))
+    along = laid.along
+    at = along.interval * np.arange(len(along.position))
+    inside = slice(120, -120)  # a second: beyond, the filter has forgotten the ends
+    for got, expected, scale in (
+        (along.position, np.sin(omega * at), 1.0),
+        (along.velocity, omega * np.cos(omega * at), omega),
+        (along.acceleration, -(omega**2) * np.sin(omega * at), omega**2),
+    ):
+        error = np.abs(np.asarray(got) - expected)[inside].max() / scale
+        assert 0.5 * lost < error < 1.5 * lost
+    assert laid.interval == pytest.approx(STRIDE / (NODES * CORNER))
+    assert laid.first == pytest.approx(3.0 + TAPS // 2 * along.interval)
+    assert len(laid.force) == 1 + (len(along.position) - TAPS) // STRIDE
+    assert np.all(laid.weight == 1.0)
+
+
+def test_force_and_what_the_model_says_of_it_go_through_the_same_low_pass():
+    """A force above the corner is gone, one below it stays; the model's side does the same."""
+    time = 5e-3 * np.arange(2000)
+    slow, fast = (np.sin(2 * np.pi * f * time) for f in (0.3 * CORNER, 1.6 * CORNER))
+    laid = lay(record(time, position=slow, force=slow + fast))
+    at = laid.first + laid.interval * np.arange(len(laid.force))
+    inside = slice(20, -20)
+    left = laid.force - np.sin(2 * np.pi * 0.3 * CORNER * at)
+    # Stop band of a Hamming window: 0.0022; the Butterworth filter takes 5e-4 of the slow part.
+    assert np.abs(left)[inside].max() < 4e-3
+    again = inverse.filtered(jnp.asarray(laid.along.position), laid.along.kernel, STRIDE)
+    # The low-pass once more on what was slow already, by the same weights.
+    np.testing.assert_allclose(np.asarray(again)[inside], (laid.force)[inside], atol=4e-3)
+
+
+def test_uneven_samples_are_interpolated():
+    """A linear chord is off by (omega dt)^2/8 at most; the filter averages that."""
+    rng = np.random.default_rng(1)
+    time = np.cumsum(np.where(rng.random(4000) < 0.1, 8e-3, 5e-3))
+    omega = 2 * np.pi
+    laid = lay(record(time, position=np.sin(omega * time)))
+    at = time[0] + laid.along.interval * np.arange(len(laid.along.position))
+    error = np.abs(np.asarray(laid.along.position) - np.sin(omega * at))[120:-120].max()
+    assert error < (omega * 8e-3) ** 2 / 8 + (0.05) ** 4
+
+
+def test_samples_whose_filter_reaches_into_a_gap_have_no_weight():
+    time = 5e-3 * np.arange(4000)
+    kept = (time < 9.0) | (time > 9.3)
+    laid = lay(record(time[kept], position=np.sin(time[kept])))
+    at = laid.first + laid.interval * np.arange(len(laid.force))
+    half = TAPS // 2 / (NODES * CORNER)
+    inside = (at > 9.0 - half - 5e-3) & (at < 9.3 + half + 5e-3)
+    assert np.all(laid.weight[~inside] == 1.0)
+    assert np.all(laid.weight[(at > 9.0 - half + 5e-3) & (at < 9.3 + half - 5e-3)] == 0.0)
+
+
+def test_a_missing_force_counts_as_a_gap():
+    time = 5e-3 * np.arange(4000)
+    read = np.where((time > 9.0) & (time < 9.3), np.nan, 1.0)
+    laid = lay(record(time, position=np.sin(time), force=read))
+    at = laid.first + laid.interval * np.arange(len(laid.force))
+    assert laid.weight[np.argmin(abs(at - 9.15))] == 0.0
+    assert np.all(np.isfinite(laid.force))
+
+
+def test_a_corner_too_high_and_a_record_too_short_are_refused():
+    time = 5e-3 * np.arange(2000)
+    with pytest.raises(InputError, match=r"corner is 41 Hz; samples 0.005 s apart allow 40 Hz"):
+        lay(record(time, corner=41.0, position=time))
+    least = (TAPS + STRIDE * 20) / (NODES * CORNER)
+    short = time[time < least - 0.1]
+    with pytest.raises(InputError, match="needed: record for longer, or raise the corner"):
+        lay(record(short, position=short))
+
+
+# The force
+
+
+def test_the_balance_of_forces_is_that_of_the_document():
+    time = 0.01 * np.arange(300)
+    x, v, a = np.sin(2 * time), 2 * np.cos(2 * time), -4 * np.sin(2 * time)
+    p = 1e5 * (1.0 + 0.1 * np.cos(time))
+    along = by_hand(time, x, velocity=v, acceleration=a, pressure=p)
+    effects = built("viscous-friction", "constant-force", mu=7.0, F_constant=3.0)
+    got = force(effects, along, mass=5.0, area=1e-3)
+    np.testing.assert_allclose(got, 5.0 * a + 7.0 * v - 1e-3 * p - 3.0, rtol=1e-12)
+    np.testing.assert_allclose(force((), along, mass=5.0), 5.0 * a, rtol=1e-12)
+
+
+def test_a_bristle_bends_and_slides_as_its_closed_form():
+    """Along a way d one way, 1 - s falls by exp(-d/z), whatever the steps; |v| is rounded by
+    1e-7 m/s against 5e-3 m/s."""
+    time = 1e-3 * np.arange(41)
+    x = 5e-3 * np.where(time < 0.02, time, 0.04 - time)
+    got = force(built("coulomb-friction", F_C=20.0), by_hand(time, x))
+    there = 20.0 * (1.0 - np.exp(-x[:21] / PRESLIDING))
+    np.testing.assert_allclose(got[:21], there, rtol=1e-4, atol=1e-12)
+    back = -20.0 + (there[-1] + 20.0) * np.exp(-(x[20] - x[20:]) / PRESLIDING)
+    np.testing.assert_allclose(got[20:], back, rtol=1e-4, atol=1e-3)
+
+
+def test_friction_of_a_seal_grows_with_pressure():
+    time = 1e-3 * np.arange(400)
+    pressure = np.linspace(1e5, 7e5, 400)
+    along = by_hand(time, 0.02 * time, velocity=0.02, pressure=pressure)
+    got = force(built("pressure-dependent-friction", c_seal=5e-6), along)
+    # Below 1e4 Pa the seal sets in; above, log(1 + exp(-p/1e4)) < 5e-5 and log 2 are what is less.
+    np.testing.assert_allclose(got[20:], 5e-6 * (pressure[20:] - 1e4 * np.log(2)), rtol=2e-5)
+
+
+def test_branches_with_memory_load_as_their_closed_form():
+    time = 0.02 * np.arange(100)
+    names = {"mu_branch_1": 300.0, "mu_branch_2": 50.0, "tau_branch_1": 0.2, "tau_branch_2": 0.01}
+    got = force(built("frequency-dependent-friction", **names), by_hand(time, 0.1 * time))
+    expected = 30.0 * (1 - np.exp(-time / 0.2)) + 5.0 * (1 - np.exp(-time / 0.01))
+    np.testing.assert_allclose(got, expected, rtol=1e-9, atol=1e-12)
+
+
+def test_a_motion_is_the_same_beside_a_longer_one():
+    time = 5e-3 * np.arange(4000)
+    long, short = (
+        dataclasses.replace(record(time[:n], position=0.1 * np.sin(3 * time[:n])), name=name)
+        for n, name in ((4000, "long"), (2000, "short"))
+    )
+    values = {"M_Pl": 5.0, "S_Pl": 0.0, "presliding": 1e-5, "F_C": 2.0}
+    values = {k: jnp.asarray([v, 1.5 * v]) for k, v in values.items()}
+    tracks = [make_track(r)[0] for r in (long, short)]
+    effects = (CATALOGUE["coulomb-friction"],)
+    both = MotionGroup(tuple(tracks), effects).predict(values)["force"]
+    one = MotionGroup((tracks[1],), effects).predict(values)["force"]
+    assert both.shape == (tracks[0].samples, 2, 2)
+    np.testing.assert_allclose(both[: tracks[1].samples, 1], one[:, 0], rtol=1e-12)
+
+
+# A machine, simulated
+
+TRUTH = {"M_Pl": 12.0, "S_Pl": 5e-4, "mu": 80.0, "F_C": 6.0}
+FACTORS = {"M_Pl": 2.0, "mu": 5.0, "F_C": 4.0}  # of their priors, below
+NOISE = 2.0
+SPEC = """title = "A cart, simulated"
+simulated = true
+[rig]
+S_Pl = {{ value = 5e-4, sd = 5e-6 }}
+[model]
+body = "cart"
+effects = {effects}
+candidates = ["coulomb-friction"]
+[priors]
+M_Pl = {{ lognormal = {{ median = 10.0, factor = 2.0 }} }}
+mu = {{ lognormal = {{ median = 100.0, factor = 5.0 }} }}
+F_C = {{ lognormal = {{ median = 10.0, factor = 4.0 }} }}
+[sensors]
+force = {{ noise = 0.6, gain_sd = 0.0, zero_sd = 0.5 }}
+[sampler]
+starts = 4
+[[records]]
+name = "to-and-fro"
+kind = "motion"
+file = "cart.csv"
+[records.channels]
+time = {{ column = 1, unit = "ms" }}
+position = {{ column = 2, unit = "counts", scale = -1e-3 }}
+force = {{ column = 4, unit = "counts", scale = 2.0 }}
+pressure = {{ column = 3, unit = "bar" }}
+"""
+
+
+def bristle(x: np.ndarray) -> np.ndarray:
+    """Share of its sliding force that a bristle carries: Dahl's law integrated over the way."""
+    share = np.zeros(len(x))
+    for k, way in enumerate(np.diff(x)):
+        share[k + 1] = np.sign(way) + (share[k] - np.sign(way)) * np.exp(-abs(way) / PRESLIDING)
+    return share
+
+
+def cart(folder: Path, effects: str) -> Path:
+    """A spec of a simulated cart and its file, without a header; returns the spec's path."""
+    rng, time = np.random.default_rng(7), 2e-3 * np.arange(15000)
+    rates = 2 * np.pi * np.array([0.3, 0.71, 1.9])
+    sizes, phases = np.array([0.1, 0.04, 0.01]), np.array([0.0, 1.0, 2.0])
+    angle = rates * time[:, None] + phases
+    x, v = np.sin(angle) @ sizes, np.cos(angle) @ (sizes * rates)
+    a = -np.sin(angle) @ (sizes * rates**2)
+    p = 2e5 + 1e5 * np.sin(0.9 * time)
+    dry = TRUTH["F_C"] * bristle(x)
+    f = TRUTH["M_Pl"] * a + TRUTH["mu"] * v + dry - TRUTH["S_Pl"] * p
+    read = f + NOISE * rng.standard_normal(len(time))
+    table = np.stack(
+        [1e3 * time, -1e3 * (x + 2e-6 * rng.standard_normal(len(x))), p / 1e5, read / 2]
+    )
+    lines = ["\t".join(f"{c:.6f}" for c in row) for row in table.T]
+    (folder / "cart.csv").write_text("\n".join(lines) + "\n", "utf-8")
+    path = folder / "cart.toml"
+    path.write_text(SPEC.format(effects=effects), "utf-8")
+    return path
+
+
+def best_fit(path: Path):
+    """The search's outcome, the values at the best fit, and how far each is from the truth [sd]."""
+    spec = load_spec(path)
+    found = search(assemble(spec, read_records(spec)), 2, 1)
+    best = found.optima[0]
+    values = {k: float(v[0]) for k, v in values_of(found.problem, best.z[None]).items()}
+    sd = dict(zip(found.problem.parameters.labels, np.sqrt(np.diag(best.covariance)), strict=True))
+    off = {
+        label: np.log(values[label] / TRUTH[label]) / np.log(factor) / sd[label]
+        for label, factor in FACTORS.items()
+        if label in sd
+    }
+    return found, values, off
+
+
+def test_a_simulated_machine_is_found_again(tmp_path):
+    found, values, off = best_fit(cart(tmp_path, '["viscous-friction", "coulomb-friction"]'))
+    assert found.problem.parameters.labels == ("M_Pl", "S_Pl", "mu", "F_C", "noise[force,A]")
+    assert not found.problem.of_the_rig
+    assert set(off) == set(FACTORS)
+    assert max(map(abs, off.values())) < 4.0, off
+    # What the low-pass leaves of white noise: a tenth, the corner over half the sampling frequency,
+    # less some 5 % for the slope of its edge; the 1500 samples that are left tell it to 2 % (1 sd).
+    left = NOISE * np.sqrt(0.1 * 0.95)
+    assert values["noise[force,A]"] == pytest.approx(left, rel=0.1)
+
+
+def test_without_its_dry_friction_the_coefficient_is_wrong(tmp_path):
+    _, values, off = best_fit(cart(tmp_path, '["viscous-friction"]'))
+    assert off["mu"] > 4.0
+    assert values["mu"] > 1.1 * TRUTH["mu"]
+
+
+@pytest.mark.parametrize("missing", ["load-cell-spring", "hose-pressure-drop", "return-spring"])
+def test_an_effect_of_the_rig_is_refused(tmp_path, missing):
+    spec = load_spec(cart(tmp_path, f'["{missing}"]'))
+    with pytest.raises(InputError, match=f"'{missing}' is of the rig, all records are motions"):
+        assemble(spec, read_records(spec))
+
+
+def test_a_prior_may_be_that_of_a_candidate_and_of_nothing_else(tmp_path):
+    path = cart(tmp_path, '["viscous-friction"]')
+    spec = load_spec(path)
+    assert "F_C" not in assemble(spec, read_records(spec)).parameters.labels
+    path.write_text(path.read_text("utf-8").replace("candidates", "vary = {}\n#"), "utf-8")
+    spec = load_spec(path)
+    with pytest.raises(InputError, match=r"\[priors\]: unknown name 'F_C'"):
+        assemble(spec, read_records(spec))
