@@ -1,12 +1,17 @@
 """Measured motions: filters, the force along them, and a simulated machine found again."""
 
 import dataclasses
+import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
+import rigid
 from rigid.assemble import assemble
 from rigid.effects import CATALOGUE
 from rigid.effects.bristle import PRESLIDING
@@ -14,6 +19,7 @@ from rigid.errors import InputError
 from rigid.groups import MotionGroup
 from rigid.motion import NODES, SMOOTHER, STRIDE, TAPS, lay
 from rigid.outcome import values_of
+from rigid.posterior import load_posterior
 from rigid.records.read import read_records
 from rigid.records.record import Channel, Record
 from rigid.rig import acting
@@ -22,6 +28,7 @@ from rigid.solve import inverse
 from rigid.spec import load_spec
 from rigid.tracks import make_track
 
+ROOT = Path(rigid.__file__).parents[1]
 PUSHING = {
     "viscous-friction",
     "coulomb-friction",
@@ -330,3 +337,32 @@ def test_a_prior_may_be_that_of_a_candidate_and_of_nothing_else(tmp_path):
     spec = load_spec(path)
     with pytest.raises(InputError, match=r"\[priors\]: unknown name 'F_C'"):
         assemble(spec, read_records(spec))
+
+
+@pytest.mark.slow
+def test_the_command_fits_a_machine_that_is_no_rig(tmp_path):
+    """Every file of the contract, and nothing in them of what only the rig has."""
+    path = cart(tmp_path, '["viscous-friction", "coulomb-friction"]')
+    done = subprocess.run(
+        [sys.executable, "-m", "rigid.fit", str(path), "--out", "out", "--quiet"],
+        capture_output=True, text=True, cwd=tmp_path, check=False, timeout=900,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    result = json.loads((tmp_path / "out" / "result.json").read_text("utf-8"))
+    assert set(result["parameters"]) == {"M_Pl", "S_Pl", "mu", "F_C", "noise[force,A]"}
+    for label, truth in TRUTH.items():
+        row = result["parameters"][label]
+        assert row["published"] is None
+        assert abs(row["median"] - truth) < 4.0 * row["sd"], label
+    posterior = load_posterior(tmp_path / "out" / "posterior.nc")
+    assert {"M_Pl", "mu", "F_C", "noise", "gain", "zero"} <= set(
+        posterior["posterior"].to_dataset()
+    )
+    assert not {"mu_omega", "k_LC"} & set(posterior["posterior"].to_dataset())
+    assert set(posterior["constant_data"].to_dataset()) == {"presliding"}
+    page = (tmp_path / "out" / "index.html").read_text("utf-8")
+    for there in ("mass of the cart", "simulated", "Record to-and-fro"):
+        assert there in page
+    for absent in ("Friction over frequency", "equation (14)", "k_oil", "valve open"):
+        assert absent not in page

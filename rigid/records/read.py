@@ -79,10 +79,9 @@ def read_record(
     raw, notes = _on_clock(spec, _convert(spec, source.table, where), where)
     time = raw.columns[TIME]
     interval, uniform = grid(time)
-    corner = None
-    if spec.kind == "motion":
-        corner = spec.corner or usual_corner(interval)
-        notes += () if uniform else (UNEVEN.format(interval),)
+    corner = (spec.corner or usual_corner(interval)) if spec.kind == "motion" else None
+    if corner is not None and not uniform:
+        notes += (UNEVEN.format(interval),)
     run = _as_checked(spec, raw, source.table, corner)
     defects = causes(checks.sampling(run) + checks.channels(run, sensors), spec.accept)
     notes += settle(where, defects, spec.accept)
