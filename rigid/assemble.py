@@ -124,9 +124,8 @@ def near_the_bend(spec: Spec, series: Mapping[str, Series]) -> frozenset[str]:
 def sheets(spec: Spec) -> dict[str, SensorSheet]:
     """Sensor sheets by quantity."""
     out = {}
-    for quantity in UNITS:
-        sheet = spec.sensors[quantity]
-        if sheet is not None:
+    for quantity, sheet in spec.sensors.stated.items():
+        if quantity in UNITS:
             out[quantity] = SensorSheet(sheet.step, sheet.noise, sheet.gain_sd, sheet.zero_sd)
     return out
 

@@ -112,4 +112,10 @@ class SensorsSpec(Value):
 
     def __getitem__(self, quantity: str) -> SensorSpec:
         """Sheet of a quantity; the force's is there wherever a record reads one."""
-        return getattr(self, quantity)
+        return self.stated[quantity]
+
+    @property
+    def stated(self) -> dict[str, SensorSpec]:
+        """The sheets that there are, by quantity."""
+        sheets = {name: getattr(self, name) for name in type(self).model_fields}
+        return {name: sheet for name, sheet in sheets.items() if sheet is not None}
