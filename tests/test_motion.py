@@ -202,6 +202,15 @@ def test_friction_of_a_seal_grows_with_pressure():
     np.testing.assert_allclose(got[20:], 5e-6 * (pressure[20:] - 1e4 * np.log(2)), rtol=2e-5)
 
 
+def test_without_pressure_a_seal_leaves_no_trace_at_all():
+    """Not even a rounded one, which a score test would take for a huge coefficient."""
+    time = 1e-3 * np.arange(400)
+    along = by_hand(time, 0.02 * np.sin(20 * time))
+    np.testing.assert_array_equal(
+        force(built("pressure-dependent-friction", c_seal=1.0), along), 0.0
+    )
+
+
 def test_branches_with_memory_load_as_their_closed_form():
     time = 0.02 * np.arange(100)
     names = {"mu_branch_1": 300.0, "mu_branch_2": 50.0, "tau_branch_1": 0.2, "tau_branch_2": 0.01}
@@ -320,6 +329,28 @@ def test_without_its_dry_friction_the_coefficient_is_wrong(tmp_path):
     _, values, off = best_fit(cart(tmp_path, '["viscous-friction"]'))
     assert off["mu"] > 4.0
     assert values["mu"] > 1.1 * TRUTH["mu"]
+
+
+def test_a_step_longer_than_half_a_period_of_the_corner_is_a_gap(tmp_path):
+    """Sampled at 500 Hz the corner is 25 Hz: steps below 20 ms are bridged, as of 18 ms here."""
+    path = cart(tmp_path, '["viscous-friction"]')
+    lines = (tmp_path / "cart.csv").read_text("utf-8").splitlines()
+    bridged = "\n".join(lines[:1000] + lines[1008:])
+    (tmp_path / "cart.csv").write_text(bridged, "utf-8")
+    (record,) = read_records(load_spec(path))
+    assert record.corner == pytest.approx(25.0)
+    assert np.all(make_track(record)[1].weight["force"] == 1.0)
+    (tmp_path / "cart.csv").write_text("\n".join(lines[:1000] + lines[1012:]), "utf-8")
+    with pytest.raises(InputError, match=r"line 1001: samples are missing, .* accept = \["):
+        read_records(load_spec(path))
+    text = path.read_text("utf-8").replace(
+        "[records.channels]", 'accept = ["gap"]\n[records.channels]'
+    )
+    path.write_text(text, "utf-8")
+    (record,) = read_records(load_spec(path))
+    weight = make_track(record)[1].weight["force"]
+    # The filter's 121 nodes reach 0.2 s to either side of the gap of 24 ms: some 21 samples.
+    assert 19 <= np.sum(weight == 0.0) <= 23
 
 
 @pytest.mark.parametrize("missing", ["load-cell-spring", "hose-pressure-drop", "return-spring"])

@@ -311,6 +311,15 @@ def test_the_example_of_the_documentation_loads(write):
     assert (spec.rig.M_HC.value, spec.rig.M_HC.sd) == (61.4, 0.2)
 
 
+@pytest.mark.skipif(not DOCUMENT.exists(), reason="needs the checkout's documentation")
+def test_the_example_of_another_machine_loads(write):
+    text = DOCUMENT.with_name("machines.md").read_text("utf-8")
+    spec = load_spec(write(text.split("```toml\n")[1].split("```")[0], "cart.toml"))
+    (record,) = spec.records
+    assert (record.kind, record.corner) == ("motion", 10.0)
+    assert spec.model.equation("plunger-momentum") == "cart-momentum"
+
+
 PARTS = (SpecBody, RigSpec, ModelSpec, SensorSpec, RecordSpec, ChannelSpec, BandsSpec, SamplerSpec)
 
 

@@ -12,6 +12,16 @@ LEAST_PRESSURE = 1e4
 """Pascal over which the seal's force sets in, so that suction does not turn it round."""
 
 
+def pressing(pressure: Array) -> Array:
+    """Pressure that presses the seal [Pa]: p_0 log((1 + exp(p/p_0))/2), p_0 = LEAST_PRESSURE.
+
+    Written so that no pressure is exactly 0: a machine without any must not show a trace of it.
+    """
+    half = 0.5 * pressure / LEAST_PRESSURE
+    size = jnp.abs(half)
+    return LEAST_PRESSURE * (half + size + jnp.log1p(0.5 * jnp.expm1(-2.0 * size)))
+
+
 class PressureDependentFriction(AbstractEffect):
     """F_f = -c p sgn(v_SS) when sliding; what holds it, up to c p, when not.
 
@@ -33,8 +43,7 @@ class PressureDependentFriction(AbstractEffect):
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:
         """Return the force of the bristle and the rate at which it bends."""
         (share,) = own
-        pressing = LEAST_PRESSURE * jnp.logaddexp(0.0, state.pressure / LEAST_PRESSURE)
-        limit = self.coefficient * (pressing - LEAST_PRESSURE * jnp.log(2.0))
+        limit = self.coefficient * pressing(state.pressure)
         return Action(
             between=-limit * share, rates=(share_rate(share, state.slip, state.presliding),)
         )
