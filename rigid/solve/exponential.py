@@ -38,6 +38,12 @@ def apply(matrix: Array, vector: Array) -> Array:
     return reduce(add, (matrix[:, j] * vector[j] for j in range(matrix.shape[1])))
 
 
+def mean_growth(exponent: Array) -> Array:
+    """(exp(x) - 1)/x, the mean of exp(s x) over s from 0 to 1; 1 at x = 0."""
+    safe = jnp.where(jnp.abs(exponent) < 1e-8, 1.0, exponent)
+    return jnp.where(jnp.abs(exponent) < 1e-8, 1.0 + 0.5 * exponent, jnp.expm1(safe) / safe)
+
+
 def jacobian(rig: Rig, outside: Surroundings, column: Array) -> Array:
     """Derivative of the rates by the state at rest, shape (n, n, *column.shape)."""
     n = len(rig.scales)

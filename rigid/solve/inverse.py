@@ -25,9 +25,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from rigid.effects.base import AbstractEffect, Action, Seen, State
-
-SMALL = 1e-8
-"""Below this (1 - exp(-x))/x is 1 - x/2 to all digits."""
+from rigid.solve.exponential import mean_growth
 
 Own = tuple[tuple[Array, ...], ...]
 
@@ -180,12 +178,6 @@ def _stepped(
     ones = tuple(jnp.ones_like(s) for s in own)
     moved, bends = jax.jvp(rates, (own,), (ones,)) if own else ((), ())
     return tuple(
-        s + length * _mean_growth(length * bend) * rate
+        s + length * mean_growth(length * bend) * rate
         for s, rate, bend in zip(own, moved, bends, strict=True)
     )
-
-
-def _mean_growth(x: Array) -> Array:
-    """(exp(x) - 1)/x, the mean of exp(s x) for s from 0 to 1."""
-    safe = jnp.where(jnp.abs(x) < SMALL, 1.0, x)
-    return jnp.where(jnp.abs(x) < SMALL, 1.0 + 0.5 * x, jnp.expm1(safe) / safe)

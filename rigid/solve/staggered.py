@@ -24,7 +24,7 @@ from jax import Array
 from rigid.rig import CORE_SCALES, FREE, Rig, Surroundings
 from rigid.sensors import readings
 from rigid.solve.drive import Drive, Plan, plan
-from rigid.solve.exponential import Strokes, apply, step_matrix
+from rigid.solve.exponential import Strokes, apply, mean_growth, step_matrix
 from rigid.solve.release import NODE
 from rigid.solve.rest import rest_under
 
@@ -76,15 +76,9 @@ def relaxed(rig: Rig, flat: Array, length: Array | float) -> Array:
                 return effect(state, (share,)).rates[0]
 
             now, slope = jax.jvp(rate, (own[0],), (jnp.ones_like(own[0]),))
-            flat = flat.at[at].add(length * _mean_decay(slope * length) * now)
+            flat = flat.at[at].add(length * mean_growth(slope * length) * now)
         at += len(effect.scales)
     return flat
-
-
-def _mean_decay(exponent: Array) -> Array:
-    """(exp(x) - 1)/x, 1 at 0."""
-    safe = jnp.where(jnp.abs(exponent) < 1e-8, 1.0, exponent)
-    return jnp.where(jnp.abs(exponent) < 1e-8, 1.0 + 0.5 * exponent, jnp.expm1(safe) / safe)
 
 
 def march(
