@@ -163,6 +163,14 @@ def _law(spec: Spec, label: str, default: AbstractLaw) -> AbstractLaw:
     return default
 
 
+def given_laws(spec: Spec) -> dict[str, AbstractLaw]:
+    """Priors that a spec states itself, by label."""
+    return {
+        name: make_law(law.law, law.arguments, f"{spec.path} [priors] {name}")
+        for name, law in spec.priors.items()
+    }
+
+
 def _described(prior: PriorDescription) -> AbstractLaw:
     return make_law(prior.law, prior.arguments, "built-in prior")
 

@@ -30,7 +30,7 @@ LAYERS = (
     ("problem",),
     ("assemble", "friction", "newton"),
     ("search",),
-    ("outcome", "discovery"),
+    ("outcome",),
     ("proposal",),
     ("chain", "moves", "convergence"),
     ("checkpoint", "ensemble", "searched"),
@@ -44,8 +44,8 @@ LAYERS = (
     ("alternatives",),
     ("figures",),
     ("present",),
-    ("smoothing",),
-    ("bands", "fit"),
+    ("discovery", "smoothing"),
+    ("bands", "discover", "fit"),
 )
 LAYER = {room: number for number, rooms in enumerate(LAYERS) for room in rooms}
 

@@ -7,7 +7,12 @@ import numpy as np
 from scipy.stats import norm, qmc
 
 from rigid.effects import AbstractEffect, ParameterInfo
-from rigid.priors import AbstractLaw, make_law
+from rigid.priors import AbstractLaw, Lognormal, make_law
+from rigid.tracks import Track
+
+EVENT = "valve-event"
+EVENT_SPACING = 0.5
+"""Seconds between the instants at which an event of a valve is looked for."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -15,7 +20,10 @@ class Candidate:
     """One way in which one effect could be there.
 
     - `effect`. - `amplitude`: label of the parameter that brings it in, `absent`: its value there.
-    - `law`: prior of the amplitude. - `shape`: values of the effect's other parameters.
+    - `law`: prior of the amplitude. - `shape`: values of the effect's other parameters, the
+      amplitudes where they are absent. - `only`: the record it is confined to, "record,cylinder".
+    - `level`: amplitude up to which the records are compared, for effects that do not grow in
+      proportion; the amplitude is then counted in units of it. None: the slope at absence.
     """
 
     effect: type[AbstractEffect]
@@ -23,31 +31,88 @@ class Candidate:
     absent: float
     law: AbstractLaw
     shape: Mapping[str, float]
+    only: str | None = None
+    level: float | None = None
+
+    def departure(self, standard: float) -> float:
+        """Value of the amplitude at a quantile of `law`, on the standard normal scale."""
+        value = float(self.law.from_standard(standard))
+        return value if self.level is None else self.absent + value * self.level
+
+
+LEVELS = (-1.5, -0.5, 0.5, 1.5)
+"""Quantiles of an amplitude's prior, on the standard normal scale, up to which records are
+compared where an effect does not grow in proportion."""
+
+BETWEEN = make_law("lognormal", {"median": 1.0, "factor": 1.7}, "units of a level")
+"""Prior of an amplitude in units of its level."""
+
+
+def _proportional(effect: type[AbstractEffect], law: AbstractLaw) -> bool:
+    """Whether the records change in proportion to a small amplitude, as far as its prior goes."""
+    return effect.steady or bool(effect.scales) or not isinstance(law, Lognormal)
 
 
 def candidates(
-    effects: Iterable[type[AbstractEffect]], shapes: int, seed: int = 0
+    effects: Iterable[type[AbstractEffect]],
+    shapes: int,
+    given: Mapping[str, AbstractLaw] | None = None,
+    seed: int = 0,
 ) -> tuple[Candidate, ...]:
     """List every amplitude of every effect, with `shapes` settings of the rest.
 
     The settings are a scrambled Sobol sequence through the priors, so that few of them cover much.
+
+    - `given`: priors by label that go before the effects' own.
     """
     found = []
     for effect in effects:
-        laws = {
-            label: (info, make_law(prior.law, prior.arguments, label))
-            for info in effect.parameters()
-            for label, prior in zip(info.labels, info.priors, strict=True)
-        }
+        laws = laws_of(effect, given or {})
         amplitudes = [label for label, (info, _) in laws.items() if info.absent is not None]
         free = [n for n, (info, law) in laws.items() if info.absent is None and not law.known]
         settings = _settings(len(free), shapes if free else 1, seed)
         for label in amplitudes:
             info, law = laws[label]
+            absent = float(info.absent or 0.0)
             for setting in settings:
                 shape = _shape(laws, dict(zip(free, setting, strict=True)))
-                found.append(Candidate(effect, label, float(info.absent or 0.0), law, shape))
+                if free or _proportional(effect, law):
+                    found.append(Candidate(effect, label, absent, law, shape))
+                    continue
+                levels = [float(law.from_standard(z)) - absent for z in LEVELS]
+                found += [Candidate(effect, label, absent, BETWEEN, shape, level=v) for v in levels]
     return tuple(found)
+
+
+def events(
+    effect: type[AbstractEffect],
+    tracks: Iterable[Track],
+    given: Mapping[str, AbstractLaw] | None = None,
+) -> tuple[Candidate, ...]:
+    """List events of the valve, one after the other through each record, as long as expected."""
+    laws = laws_of(effect, given or {})
+    amplitude = next(label for label, (info, _) in laws.items() if info.absent is not None)
+    info, law = laws[amplitude]
+    found = []
+    for track in tracks:
+        if track.drive is None or not any(track.drive.levels):
+            continue
+        for begin in np.arange(0.0, track.samples * track.interval - 0.2, EVENT_SPACING):
+            shape = _shape(laws, {}) | {"event_start": float(begin)}
+            absent = float(info.absent or 0.0)
+            found.append(Candidate(effect, amplitude, absent, law, shape, track.label))
+    return tuple(found)
+
+
+def laws_of(
+    effect: type[AbstractEffect], given: Mapping[str, AbstractLaw]
+) -> dict[str, tuple[ParameterInfo, AbstractLaw]]:
+    """Each parameter of an effect by label, with its prior; one that is `given` goes before."""
+    return {
+        label: (info, given.get(label) or make_law(prior.law, prior.arguments, label))
+        for info in effect.parameters()
+        for label, prior in zip(info.labels, info.priors, strict=True)
+    }
 
 
 def _settings(dimension: int, count: int, seed: int) -> np.ndarray:
@@ -61,30 +126,10 @@ def _settings(dimension: int, count: int, seed: int) -> np.ndarray:
 def _shape(
     laws: Mapping[str, tuple[ParameterInfo, AbstractLaw]], standard: Mapping[str, float]
 ) -> dict[str, float]:
-    """Values of all parameters of an effect but its amplitudes, which are absent."""
+    """Values of all parameters of an effect; its amplitudes are absent."""
     out = {}
     for label, (info, law) in laws.items():
         absent = info.absent
         value = law.from_standard(standard.get(label, 0.0)) if absent is None else absent
         out[label] = float(value)
     return out
-
-
-def batches(listed: Iterable[Candidate]) -> list[tuple[Candidate, ...]]:
-    """Part candidates into lots that one program can hold: no label belongs to two effects.
-
-    Effects that leave a rig steady are kept from those that do not, which take a slower program.
-    """
-    lots: list[tuple[dict[str, str], bool, list[Candidate]]] = []
-    for one in listed:
-        labels = set(one.shape)
-        for owners, steady, members in lots:
-            fits = all(owners.get(label, one.effect.name) == one.effect.name for label in labels)
-            if fits and steady == one.effect.steady:
-                owners.update(dict.fromkeys(labels, one.effect.name))
-                members.append(one)
-                break
-        else:
-            owners = dict.fromkeys(labels, one.effect.name)
-            lots.append((owners, one.effect.steady, [one]))
-    return [tuple(members) for _, _, members in lots]

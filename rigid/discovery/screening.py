@@ -5,7 +5,19 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-from rigid.discovery.traces import Expansion
+
+class Around(NamedTuple):
+    """The log-likelihood of all samples around a fit.
+
+    - `score`, `bend` (n,): slope and minus curvature by the expected record.
+    - `design` (n, size): slope of the expected record by what the fit adjusts, in prior sds.
+    - `pull` (size,): slope of the log-posterior by the latter; 0 at an optimum.
+    """
+
+    score: np.ndarray
+    bend: np.ndarray
+    design: np.ndarray
+    pull: np.ndarray
 
 
 class Screening(NamedTuple):
@@ -19,33 +31,41 @@ class Screening(NamedTuple):
     information: np.ndarray
 
     @property
+    def size(self) -> np.ndarray:
+        """Strength of a unit of each amplitude (k,); never quite 0."""
+        return np.sqrt(np.maximum(np.diag(self.information), 1e-200))
+
+    @property
     def strength(self) -> np.ndarray:
         """Signed strength of each (k,): slope over its standard deviation where nothing is."""
-        return self.slope / np.sqrt(np.diag(self.information))
+        return self.slope / self.size
 
     @property
     def estimate(self) -> np.ndarray:
         """Most probable amplitude of each alone (k,), before its prior."""
-        return self.slope / np.diag(self.information)
+        return self.slope / self.size**2
 
     @property
     def cosines(self) -> np.ndarray:
         """Cosines of the traces (k, k): 1 where two leave the same once all else has absorbed."""
-        size = np.sqrt(np.diag(self.information))
-        return self.information / np.outer(size, size)
+        return self.information / np.outer(self.size, self.size)
+
+    def only(self, which: np.ndarray) -> "Screening":
+        """Return the tests of some of the columns."""
+        return Screening(self.slope[which], self.information[np.ix_(which, which)])
 
 
-def screen(around: Expansion, traces: np.ndarray) -> Screening:
+def screen(around: Around, traces: np.ndarray) -> Screening:
     """Test every candidate.
 
-    - `traces` (samples, k): change of the expected record per unit amplitude.
+    - `traces` (n, k): change of the expected record per unit amplitude.
 
-    The fit's parameters have unit normal priors; its own slope is 0 at its optimum, up to where
-    the solver stopped. Source: Rao's score test, with nuisance parameters projected out; Cox and
-    Hinkley 1974, Theoretical Statistics, sec. 9.3.
+    The fit's parameters have unit normal priors. Source: Rao's score test, with nuisance
+    parameters projected out; Cox and Hinkley 1974, Theoretical Statistics, sec. 9.3.
     """
     weighted = around.design * around.bend[:, None]
     known = cho_factor(np.eye(around.design.shape[1]) + around.design.T @ weighted)
     shared = weighted.T @ traces
-    left = traces.T @ (around.bend[:, None] * traces) - shared.T @ cho_solve(known, shared)
-    return Screening(traces.T @ around.score, left)
+    absorbed = cho_solve(known, shared)
+    left = traces.T @ (around.bend[:, None] * traces) - shared.T @ absorbed
+    return Screening(traces.T @ around.score - absorbed.T @ around.pull, 0.5 * (left + left.T))

@@ -1,0 +1,107 @@
+"""`python -m rigid.discover SPEC`: where model and data disagree, and what is missing."""
+
+import json
+import sys
+from typing import TYPE_CHECKING
+
+from rigid.cli import Options, run, say
+
+if TYPE_CHECKING:
+    from rigid.discovery.workflow import Outcome
+    from rigid.effects import AbstractEffect
+    from rigid.problem import Problem
+    from rigid.spec import Spec
+
+SAYS = "Find where model and data disagree, name the missing effect, add it, show the gap shrink."
+STARTS = 4
+"""Starts of the search where no fit in the same folder has searched before."""
+
+
+def discover(options: Options) -> int:
+    """Run the workflow and write its files; returns 0, or 1 if the result must not be used."""
+    from rigid.spec import find_spec, load_spec
+
+    spec = load_spec(find_spec(options.spec))
+    say(options, f"spec {spec.path}: {len(spec.records)} records")
+
+    from rigid.runtime import prepare
+
+    prepare()
+    from rigid.assemble import assemble, given_laws
+    from rigid.discovery.workflow import discover as work
+    from rigid.files import locked
+    from rigid.records.read import read_records
+
+    seed = spec.sampler.seed if options.seed is None else options.seed
+    records = read_records(spec)
+    problem = assemble(spec, records)
+    effects = candidates(spec, problem)
+    folder = options.folder(spec.path)
+    with locked(folder):
+        best = _best(spec, problem, options, seed)
+        outcome = work(
+            problem, best, effects, given_laws(spec), seed, lambda text: say(options, text)
+        )
+        return _written(spec, outcome, options, seed)
+
+
+def candidates(spec: "Spec", problem: "Problem") -> "tuple[type[AbstractEffect], ...]":
+    """Effects that could be missing: those the spec names, or the catalogue, where they act."""
+    from rigid.effects import CATALOGUE
+    from rigid.parameters import require_known
+
+    named = spec.model.candidates
+    if named is not None:
+        require_known(named, CATALOGUE, f"{spec.path} [model] candidates")
+    kinds = {track.kind for group in problem.groups for track in group.tracks}
+    taken = {info.name for effect in problem.effects for info in effect.parameters()}
+    return tuple(
+        effect
+        for name, effect in CATALOGUE.items()
+        if (named is None or name in named)
+        and effect not in problem.effects
+        and any(effect.acts_in(kind) for kind in kinds)
+        and any(info.absent is not None for info in effect.parameters())
+        and not taken & {info.name for info in effect.parameters()}
+    )
+
+
+def _best(spec: "Spec", problem: "Problem", options: Options, seed: int) -> tuple:
+    """Gaussian scale and sensors of the best fit, with a progress bar."""
+    from tqdm import tqdm
+
+    from rigid.search import search
+
+    starts = min(spec.sampler.starts, STARTS)
+    with tqdm(total=starts, disable=options.quiet, desc="starts") as bar:
+        found = search(problem, starts, seed, lambda done: _advance(bar, done))
+    return found.optima[0].z, found.optima[0].standard
+
+
+def _advance(bar, done: int) -> None:
+    bar.update(done - bar.n)
+
+
+def _written(spec: "Spec", outcome: "Outcome", options: Options, seed: int) -> int:
+    """Write every file and print the table or the JSON."""
+    from rigid.discovery import output
+    from rigid.discovery.present import content, table
+    from rigid.files import write_text
+    from rigid.report.discovery import write_report
+
+    folder = options.folder(spec.path)
+    extended = None
+    if any(step.chosen for step in outcome.steps):
+        extended = folder / output.SPEC_NAME
+        write_text(extended, output.extended_spec(spec, outcome, folder))
+    made = output.as_dict(spec, outcome, extended)
+    text = json.dumps(made, indent=1, allow_nan=False) + "\n"
+    write_text(folder / "discovery.json", text)
+    write_report(content(spec, outcome, made, seed), folder)
+    sys.stdout.write(text if options.as_json else table(made))
+    say(options, f"report: {folder / 'index.html'}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(run("discover", SAYS, discover))

@@ -1,0 +1,134 @@
+"""All explanations of what a model leaves over, weighed against each other.
+
+Exclusive explanations: nothing is missing; one effect of the catalogue is; something is that no
+effect explains, stood for by bumps of hidden forces, flows and distortions. Each has a prior and a
+Bayes factor against nothing.
+"""
+
+import dataclasses
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+from scipy.special import logsumexp
+
+from rigid.discovery.candidates import Candidate
+from rigid.discovery.evidence import Bundle, amplitudes, log_bayes
+from rigid.discovery.screening import Screening
+from rigid.discovery.traces import Target
+
+NOTHING, UNNAMED = "nothing", "unnamed"
+PRIOR_NOTHING, PRIOR_UNNAMED = 0.5, 0.1
+"""What one would bet before any record; the rest is shared evenly by the effects."""
+
+SIMULATED = 2000
+"""Draws of campaigns in which nothing is missing, for the p-value."""
+
+Z_GRID = np.linspace(-12.0, 12.0, 97)
+
+
+@dataclasses.dataclass(frozen=True)
+class Explained:
+    """Bayes factors of everything that was tried, to second order around a fit.
+
+    - `listed`: candidates, `targets`: of the bumps; the screened traces in that order.
+    - `screening`: of all of them. - `candidate` (c,): log Bayes factor of each candidate.
+    - `bundles`, `bundle` (b,): hidden things, and the log Bayes factor of each.
+    - `p_value`: how often as much is found where nothing is missing.
+    """
+
+    listed: tuple[Candidate, ...]
+    targets: tuple[Target, ...]
+    screening: Screening
+    candidate: np.ndarray
+    bundles: tuple[tuple[Target, Bundle], ...]
+    bundle: np.ndarray
+    p_value: float
+
+    @cached_property
+    def effects(self) -> dict[str, float]:
+        """Log Bayes factor of every effect, averaged over its shapes and places."""
+        names = [one.effect.name for one in self.listed]
+        return {
+            name: float(_mean(self.candidate[[i for i, n in enumerate(names) if n == name]]))
+            for name in dict.fromkeys(names)
+        }
+
+    @property
+    def unnamed(self) -> float:
+        """Log Bayes factor of something hidden, averaged over all that was tried."""
+        return float(_mean(self.bundle))
+
+    def best_of(self, name: str) -> int:
+        """Number of the candidate of an effect that explains most."""
+        mine = [i for i, one in enumerate(self.listed) if one.effect.name == name]
+        return mine[int(np.argmax(self.candidate[mine]))]
+
+
+def _mean(logs: np.ndarray) -> np.ndarray:
+    """Logarithm of the mean of exponentials over the last axis."""
+    return logsumexp(logs, axis=-1) - np.log(np.shape(logs)[-1])
+
+
+def bundles_of(
+    targets: Sequence[Target], first: int, information: np.ndarray
+) -> tuple[tuple[Target, Bundle], ...]:
+    """Bundle the bumps: each target's own, and those over time of all records together."""
+    kinds: dict[Target, list[int]] = {}
+    for i, target in enumerate(targets):
+        kinds.setdefault(target, []).append(first + i)
+        if target.track is not None:
+            kinds.setdefault(target._replace(track=None), []).append(first + i)
+    return tuple((t, Bundle(np.array(c), information)) for t, c in kinds.items())
+
+
+def explain(
+    listed: tuple[Candidate, ...], targets: tuple[Target, ...], screening: Screening, seed: int
+) -> Explained:
+    """Weigh all candidates and bumps; their traces are screened in that order."""
+    departures = [amplitudes(one.law, one.absent) for one in listed]
+    count = len(listed)
+    diagonal = np.diag(screening.information)
+    candidate = np.array(
+        [
+            float(log_bayes(screening.slope[i], diagonal[i], departures[i]))
+            for i in range(count)
+        ]
+    )  # fmt: skip
+    bundles = bundles_of(targets, count, screening.information)
+    bundle = np.array([float(b.log_bayes(screening.slope)) for _, b in bundles])
+    found = Explained(listed, targets, screening, candidate, bundles, bundle, 1.0)
+    drawn = _null_draws(screening.information, seed)
+    null = _totals(found, departures, drawn)
+    here = _totals(found, departures, screening.slope[None])[0]
+    return dataclasses.replace(found, p_value=float((1 + np.sum(null >= here)) / (1 + len(null))))
+
+
+def _null_draws(information: np.ndarray, seed: int) -> np.ndarray:
+    """Slopes (SIMULATED, k) of all traces in campaigns where nothing is missing."""
+    size = np.sqrt(np.maximum(np.diag(information), 1e-200))
+    values, axes = np.linalg.eigh(information / np.outer(size, size))
+    root = axes * np.sqrt(np.maximum(values, 0.0))
+    rng = np.random.default_rng([seed, 5])
+    return rng.standard_normal((SIMULATED, len(values))) @ root.T * size
+
+
+def _totals(found: Explained, departures: list[np.ndarray], slope: np.ndarray) -> np.ndarray:
+    """Log of the evidence for anything at all against nothing, (draws,) for slopes (draws, k)."""
+    size = found.screening.size
+    names = [one.effect.name for one in found.listed]
+    parts: dict[str, list[np.ndarray]] = {}
+    for i, (name, departure) in enumerate(zip(names, departures, strict=True)):
+        # One curve over the strength serves all draws.
+        curve = log_bayes(Z_GRID * size[i], np.full(len(Z_GRID), size[i] ** 2), departure)
+        parts.setdefault(name, []).append(np.interp(slope[:, i] / size[i], Z_GRID, curve))
+    effects = [_mean(np.stack(logs, axis=-1)) for logs in parts.values()]
+    hidden = _mean(np.stack([b.log_bayes(slope) for _, b in found.bundles], axis=-1))
+    prior = prior_of(len(effects))
+    weighed = [*(e + np.log(prior[1]) for e in effects), hidden + np.log(PRIOR_UNNAMED)]
+    return np.logaddexp.reduce(np.stack(weighed), axis=0)
+
+
+def prior_of(effects: int) -> tuple[float, float, float]:
+    """Prior of nothing, of each effect and of something unnamed."""
+    return PRIOR_NOTHING, (1.0 - PRIOR_NOTHING - PRIOR_UNNAMED) / max(effects, 1), PRIOR_UNNAMED

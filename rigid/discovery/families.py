@@ -1,0 +1,148 @@
+"""Programs that hold many effects at once, each absent until its amplitude says otherwise.
+
+Compiling a rig anew for every candidate would take longer than all else. So the records are
+simulated by few programs: one with every steady effect and the hidden forces and flows, and one
+for each law of dry friction, with every other effect beside it. Effects that are not asked for
+stand at the value at which they are absent.
+"""
+
+import dataclasses
+import os
+from collections.abc import Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from rigid.discovery.hidden import HIDDEN
+from rigid.effects import AbstractEffect
+from rigid.groups import AbstractGroup
+from rigid.priors import make_law
+from rigid.problem import Problem
+from rigid.rig import acting
+
+Effects = tuple[type[AbstractEffect], ...]
+Swept = list[tuple[dict[str, np.ndarray], dict[str, np.ndarray]]]
+"""Readings and their slopes by quantity, (samples, tracks, lanes), for every group."""
+
+LANES, FEW = 36, 8
+"""Simulations side by side in one program, of steady effects and of others; a sweep of more takes
+several turns."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Family:
+    """One program: the groups of a problem with further effects in them.
+
+    - `effects`: those further ones. - `groups`: with all of them. - `quiet`: values by label at
+      which none of the further effects is there.
+    """
+
+    effects: Effects
+    groups: tuple[AbstractGroup, ...]
+    quiet: Mapping[str, float]
+
+    @property
+    def lanes(self) -> int:
+        """Simulations side by side."""
+        return LANES if all(e.steady for g in self.groups for e in g.effects) else FEW
+
+
+def families(
+    problem: Problem, candidates: Iterable[type[AbstractEffect]], together: bool = False
+) -> tuple[Family, ...]:
+    """Part candidates into programs: steady effects and the hidden ones first, then others.
+
+    Every law of dry friction has a program of its own, for its states cost all others time.
+
+    - `together`: all in one program.
+    """
+    listed = tuple(e for e in dict.fromkeys(candidates) if e not in problem.effects)
+    if together:
+        return (_family(problem, listed),)
+    steady = tuple(e for e in listed if e.steady)
+    moving = [e for e in listed if not e.steady]
+    found = [_family(problem, steady + HIDDEN)]
+    plain = tuple(e for e in moving if not e.scales)
+    if plain:
+        found.append(_family(problem, plain))
+    return (*found, *(_family(problem, (e,)) for e in moving if e.scales))
+
+
+def _family(problem: Problem, effects: Effects) -> Family:
+    groups = []
+    for group in problem.groups:
+        more = acting(effects, group.tracks[0].kind)
+        groups.append(dataclasses.replace(group, effects=group.effects + more))
+    quiet = {label: value for effect in effects for label, value in quiet_values(effect).items()}
+    return Family(effects, tuple(groups), quiet)
+
+
+def quiet_values(effect: type[AbstractEffect]) -> dict[str, float]:
+    """Parameters of an effect by label: amplitudes where it is absent, the rest at the median."""
+    out = {}
+    for info in effect.parameters():
+        for label, prior in zip(info.labels, info.priors, strict=True):
+            median = make_law(prior.law, prior.arguments, label).from_standard(0.0)
+            out[label] = float(median) if info.absent is None else float(info.absent)
+    return out
+
+
+def holding(found: tuple[Family, ...], effects: Iterable[type[AbstractEffect]]) -> Family:
+    """Return the first program that has all of some effects.
+
+    Raises KeyError where none has.
+    """
+    wanted = set(effects)
+    for family in found:
+        if wanted <= set(family.effects):
+            return family
+    raise KeyError(sorted(e.name for e in wanted))
+
+
+@eqx.filter_jit
+def _swept(
+    group: AbstractGroup, values: dict[str, Array], tangents: dict[str, Array]
+) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Readings of a group and their derivatives along tangents of the values."""
+    return jax.jvp(group.predict, (values,), (tangents,))
+
+
+def sweep(
+    family: Family, values: Mapping[str, np.ndarray], tangents: Mapping[str, np.ndarray]
+) -> Swept:
+    """Simulate all records, with one derivative in each lane.
+
+    - `values`: by label, (lanes,) each; what is left out of the family's effects is absent.
+    - `tangents`: direction in each lane, by label; 0 where left out.
+    """
+    lanes, width = len(next(iter(values.values()))), family.lanes
+    every = {k: np.full(lanes, v) for k, v in family.quiet.items()} | dict(values)
+    none = np.zeros(lanes)
+    along = {k: np.asarray(tangents.get(k, none), dtype=float) for k in every}
+    turns = range(0, lanes, width)
+    jobs = [(group, begin) for begin in turns for group in family.groups]
+
+    def one(job: tuple[AbstractGroup, int]) -> tuple[dict, dict]:
+        group, begin = job
+        here = _swept(group, _cut(every, begin, width), _cut(along, begin, width))
+        return jax.tree.map(lambda a: np.asarray(a)[..., : min(width, lanes - begin)], here)
+
+    with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
+        parts = list(pool.map(one, jobs))
+    count = len(family.groups)
+    return [
+        jax.tree.map(lambda *p: np.concatenate(p, axis=-1), *parts[g::count]) for g in range(count)
+    ]
+
+
+def _cut(lanes: Mapping[str, np.ndarray], begin: int, width: int) -> dict[str, Array]:
+    """One turn's part of the lanes, filled up with the last."""
+    out = {}
+    for label, series in lanes.items():
+        part = np.asarray(series, dtype=float)[begin : begin + width]
+        out[label] = jnp.asarray(np.pad(part, (0, width - len(part)), mode="edge"))
+    return out

@@ -1,0 +1,57 @@
+"""The simplest formula for an inferred curve, by the Bayesian information criterion."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+FORMS: tuple[tuple[str, Callable[[np.ndarray], np.ndarray]], ...] = (
+    ("a", lambda u: np.stack([np.ones_like(u)], axis=1)),
+    ("a u", lambda u: np.stack([u], axis=1)),
+    ("a + b u", lambda u: np.stack([np.ones_like(u), u], axis=1)),
+    ("a sgn(u)", lambda u: np.stack([np.sign(u)], axis=1)),
+    ("a sgn(u) + b u", lambda u: np.stack([np.sign(u), u], axis=1)),
+    ("a u^2", lambda u: np.stack([u**2], axis=1)),
+    ("a u + b u^2", lambda u: np.stack([u, u**2], axis=1)),
+    ("a u^3", lambda u: np.stack([u**3], axis=1)),
+)
+
+
+class Formula(NamedTuple):
+    """A formula in u: its words with numbers put in, and its values (n,)."""
+
+    words: str
+    values: np.ndarray
+
+
+def simplest(place: np.ndarray, mean: np.ndarray, covariance: np.ndarray, symbol: str) -> Formula:
+    """Choose among FORMS for amplitudes with a Gaussian law.
+
+    - `place`, `mean` (n,); `covariance` (n, n). - `symbol`: what u is called.
+    """
+    scale = max(float(np.abs(place).max()), 1e-300)
+    u = place / scale
+    ridge = 1e-9 * np.trace(covariance) / len(mean)
+    precision = np.linalg.inv(covariance + ridge * np.eye(len(mean)))
+    best: tuple[float, str, np.ndarray, np.ndarray] | None = None
+    for words, form in FORMS:
+        columns = form(u)
+        normal = columns.T @ precision @ columns
+        found, *_ = np.linalg.lstsq(normal, columns.T @ precision @ mean, rcond=None)
+        left = mean - columns @ found
+        score = float(left @ precision @ left + len(found) * np.log(len(mean)))
+        if best is None or score < best[0]:
+            best = (score, words, found, columns @ found)
+    assert best is not None  # FORMS is not empty
+    _, words, numbers, values = best
+    return Formula(_worded(words, numbers, scale, symbol), values)
+
+
+def _worded(words: str, numbers: np.ndarray, scale: float, symbol: str) -> str:
+    """Put numbers in the place of a and b, for u in its own unit."""
+    parts = []
+    for part, number in zip(words.split(" + "), numbers, strict=True):
+        rest = part[1:].strip()
+        power = {"u": 1, "u^2": 2, "u^3": 3}.get(rest, 0)
+        parts.append(f"{number / scale**power:.3g} {rest}".strip().replace("u", symbol))
+    return " + ".join(parts)

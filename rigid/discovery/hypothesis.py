@@ -1,0 +1,108 @@
+"""A model under test: the one specified, with effects added, and its parameters as one vector.
+
+The vector w holds the model's uncertain numbers on the scale where their priors are standard
+normal, noise levels left out: those of the problem, those of what was added, then gain and zero of
+every sensor.
+"""
+
+import dataclasses
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from rigid.discovery.candidates import laws_of
+from rigid.effects import AbstractEffect
+from rigid.newton import is_noise
+from rigid.parameters import Parameter
+from rigid.priors import AbstractLaw
+from rigid.problem import Problem
+
+
+@dataclasses.dataclass(frozen=True)
+class Hypothesis:
+    """The effects of a problem and those `added`.
+
+    - `only`: the record ("record,cylinder") that an added effect is confined to, by its name.
+    - `given`: priors by label that go before those of the effects added.
+    """
+
+    problem: Problem
+    added: tuple[type[AbstractEffect], ...] = ()
+    only: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    given: Mapping[str, AbstractLaw] = dataclasses.field(default_factory=dict)
+
+    def plus(self, effect: type[AbstractEffect], only: str | None = None) -> "Hypothesis":
+        """Return the model with one more effect."""
+        confined = dict(self.only) | ({effect.name: only} if only else {})
+        return dataclasses.replace(self, added=(*self.added, effect), only=confined)
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Uncertain numbers in the order of w, sensors and noise levels left out."""
+        base = [p for p in self.problem.parameters.sampled if p.base != "noise"]
+        more = (p for effect in self.added for p in parameters_of(effect, self.given))
+        return (*base, *more)
+
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        """Labels of `parameters`."""
+        return tuple(p.label for p in self.parameters)
+
+    @property
+    def size(self) -> int:
+        """Length of w."""
+        return len(self.parameters) + 2 * len(self.problem.sensors)
+
+    def values(self, w: np.ndarray) -> dict[str, tuple[float, float]]:
+        """SI value and its slope by w of each parameter, by label."""
+        out = {}
+        for p, z in zip(self.parameters, w, strict=False):
+            value, slope = jax.jvp(p.law.from_standard, (jnp.asarray(z),), (jnp.ones(()),))
+            out[p.label] = float(value), float(slope)
+        return out
+
+    def constants(self) -> dict[str, float]:
+        """SI values of what the problem takes as known, and of noise levels' places."""
+        known = {p.label: float(p.law.from_standard(0.0)) for p in self.problem.parameters.known}
+        noise = {p.label: 0.0 for p in self.problem.parameters.sampled if p.base == "noise"}
+        return known | noise
+
+    def sensors(self, w: np.ndarray) -> np.ndarray:
+        """Gains and zeros on their standard scale (sensors, 2)."""
+        return np.asarray(w)[len(self.parameters) :].reshape(-1, 2)
+
+    def sigmas(self, z_noise: np.ndarray) -> np.ndarray:
+        """Noise level of every sensor (sensors,) [SI]."""
+        laws = [p for p in self.problem.parameters.sampled if p.base == "noise"]
+        level = {p.label: float(p.law.from_standard(z)) for p, z in zip(laws, z_noise, strict=True)}
+        level |= {
+            p.label: float(p.law.from_standard(0.0))
+            for p in self.problem.parameters.known
+            if p.base == "noise"
+        }
+        return np.array([level[f"noise[{s}]"] for s in self.problem.sensors])
+
+
+def parameters_of(
+    effect: type[AbstractEffect], given: Mapping[str, AbstractLaw]
+) -> list[Parameter]:
+    """Uncertain numbers that an effect brings in, with its own priors or those given."""
+    return [
+        Parameter(label, info.symbol, info.unit, law)
+        for label, (info, law) in laws_of(effect, given).items()
+        if not law.known
+    ]
+
+
+def start(problem: Problem, z: np.ndarray, standard: np.ndarray) -> np.ndarray:
+    """The vector w of the model as specified, from a search's optimum."""
+    return np.concatenate([np.asarray(z)[~is_noise(problem)], np.asarray(standard).ravel()])
+
+
+def widened(w: np.ndarray, sensors: int, more: Iterable[float]) -> np.ndarray:
+    """Put the numbers of an added effect into w, before its `sensors` gains and zeros."""
+    cut = len(w) - 2 * sensors
+    return np.concatenate([w[:cut], np.asarray(list(more), dtype=float), w[cut:]])

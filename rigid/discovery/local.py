@@ -1,0 +1,246 @@
+"""A hypothesis fitted to all samples: Newton steps on the host, few simulations a step.
+
+Only readings and slopes come from the compiled programs; likelihood, steps and evidence are linear
+algebra on the list of samples. Where simulations are dear (rigs that are not steady), slopes by
+the model's old numbers are kept from the fit that the hypothesis began with and only those of the
+added effects are renewed (a chord method): the readings themselves are always exact.
+"""
+
+import dataclasses
+from functools import cached_property
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from scipy.linalg import cho_factor, cho_solve
+
+from rigid import noise
+from rigid.discovery.families import Family, sweep
+from rigid.discovery.hypothesis import Hypothesis
+from rigid.discovery.samples import Layout, Terms, data_of, split_swept, terms
+from rigid.likelihood import Piece
+
+LONGEST = 2.0
+"""Largest change of an entry of w in one step."""
+CLOSE = 0.02
+"""Done when a step promises less than this in log-posterior."""
+MOST_STEPS = 12
+HALVINGS = 3
+NOISE_GRID = np.linspace(-5.0, 5.0, 201)
+NOISE_ROUNDS = 2
+
+
+@dataclasses.dataclass(frozen=True)
+class Local:
+    """A hypothesis at w, and all that is known of the samples there.
+
+    - `residual` (n,): recorded less expected; `reading` (n,): ideal. - `terms`: the likelihood.
+    - `design` (n, size): slope of the expected reading by w.
+    """
+
+    hypothesis: Hypothesis
+    family: Family
+    layout: Layout
+    w: np.ndarray
+    z_noise: np.ndarray
+    reading: np.ndarray
+    residual: np.ndarray
+    terms: Terms
+    design: np.ndarray
+
+    @cached_property
+    def value(self) -> float:
+        """Log-posterior, up to a constant that all hypotheses share."""
+        prior = 0.5 * (self.w @ self.w + self.z_noise @ self.z_noise)
+        return float(self.terms.value.sum() - prior)
+
+    @cached_property
+    def information(self) -> np.ndarray:
+        """Minus the Hessian of the log-posterior by w, prior included (size, size)."""
+        weighted = self.design * self.terms.bend[:, None]
+        return np.eye(len(self.w)) + self.design.T @ weighted
+
+    @cached_property
+    def gradient(self) -> np.ndarray:
+        """Slope of the log-posterior by w (size,)."""
+        return self.design.T @ self.terms.score - self.w
+
+    @cached_property
+    def covariance(self) -> np.ndarray:
+        """Of the Gaussian law around w (size, size)."""
+        return cho_solve(cho_factor(self.information), np.eye(len(self.w)))
+
+    @cached_property
+    def log_evidence(self) -> float:
+        """Log of the integral of the posterior by Laplace's method, noise levels at their best."""
+        return self.value - 0.5 * float(np.linalg.slogdet(self.information)[1])
+
+
+def expand(
+    hypothesis: Hypothesis,
+    where: tuple[Family, Layout],
+    w: np.ndarray,
+    z_noise: np.ndarray,
+    known: np.ndarray | None = None,
+) -> Local:
+    """Simulate a hypothesis and expand its likelihood.
+
+    - `where`: program and samples. - `known` (n, size): slopes to keep for all but the added
+      effects' numbers.
+    """
+    family, layout = where
+    base = len(hypothesis.parameters) - _added(hypothesis)
+    moved = range(base, len(hypothesis.parameters)) if known is not None else None
+    reading, slopes = _swept(hypothesis, where, w, moved)
+    spreads = _spreads(layout)
+    own = hypothesis.sensors(w) * spreads
+    gain, zero = own[layout.sensor].T
+    residual = data_of(layout) - (1.0 + gain) * reading - zero
+    design = np.zeros((len(reading), hypothesis.size))
+    if known is not None:
+        design[:, :base] = known[:, :base]
+    first = base if known is not None else 0
+    design[:, first : first + slopes.shape[1]] = slopes * (1.0 + gain)[:, None]
+    rows, at = np.arange(len(reading)), len(hypothesis.parameters) + 2 * layout.sensor
+    design[rows, at] = reading * spreads[layout.sensor, 0]
+    design[rows, at + 1] = spreads[layout.sensor, 1]
+    found = terms(layout, residual, hypothesis.sigmas(z_noise))
+    return Local(hypothesis, family, layout, w, z_noise, reading, residual, found, design)
+
+
+def _added(hypothesis: Hypothesis) -> int:
+    """Number of parameters of what was added."""
+    inside = {p.label for p in hypothesis.problem.parameters.sampled}
+    return sum(p.label not in inside for p in hypothesis.parameters)
+
+
+def _spreads(layout: Layout) -> np.ndarray:
+    """Prior sds of gain and zero (sensors, 2)."""
+    problem = layout.problem
+    sheets = {p.sensor(i): p.sheet.spread for p in problem.pieces for i in range(len(p.tracks))}
+    return np.array([[sheets[s].gain, sheets[s].zero] for s in problem.sensors])
+
+
+def _swept(
+    hypothesis: Hypothesis, where: tuple[Family, Layout], w: np.ndarray, moved: range | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Readings (n,) and their slopes (n, moved) by some of the parameters, all where None.
+
+    An added effect that is confined to a record is absent from the rows of all others.
+    """
+    family, layout = where
+    place = hypothesis.values(w)
+    lanes = list(range(len(hypothesis.parameters)) if moved is None else moved) or [0]
+
+    def run(quiet: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
+        ones = np.ones(len(lanes))
+        values = {k: v * ones for k, v in hypothesis.constants().items()}
+        values |= {k: v * ones for k, (v, _) in place.items() if k not in quiet}
+        tangents = {}
+        for i, number in enumerate(lanes):
+            label = hypothesis.labels[number]
+            if label not in quiet:
+                tangents[label] = np.eye(len(lanes))[i] * place[label][1]
+        reading, slopes = split_swept(layout, sweep(family, values, tangents))
+        return reading[:, 0], slopes
+
+    reading, slopes = run(())
+    for effect in hypothesis.added:
+        record = hypothesis.only.get(effect.name)
+        if record is None:
+            continue
+        labels = tuple(label for info in effect.parameters() for label in info.labels)
+        without, flat = run(labels)
+        elsewhere = layout.track != layout.tracks.index(record)
+        reading = np.where(elsewhere, without, reading)
+        slopes = np.where(elsewhere[:, None], flat, slopes)
+    keep = len(hypothesis.parameters) if moved is None else len(moved)
+    return reading, slopes[:, :keep]
+
+
+def refined(local: Local, chord: bool = False, most: int = MOST_STEPS) -> Local:
+    """Lead a hypothesis to its optimum and its noise levels to theirs.
+
+    - `chord`: keep the slopes by all but the added effects' numbers.
+    """
+    for _ in range(NOISE_ROUNDS):
+        local = _descended(local, chord, most)
+        local = with_noise(local, fitted_noise(local))
+    return _descended(local, chord, most)
+
+
+def _descended(local: Local, chord: bool, most: int) -> Local:
+    known = local.design if chord else None
+    where = local.family, local.layout
+    for _ in range(most):
+        step = cho_solve(cho_factor(local.information), local.gradient)
+        step *= min(1.0, LONGEST / max(float(np.abs(step).max()), 1e-12))
+        if 0.5 * step @ local.gradient < CLOSE:
+            break
+        for _ in range(HALVINGS + 1):
+            tried = expand(local.hypothesis, where, local.w + step, local.z_noise, known)
+            if np.isfinite(tried.value) and tried.value > local.value:
+                break
+            step = 0.4 * step
+        else:
+            break
+        local = tried
+    return local
+
+
+@eqx.filter_jit
+def _levels(piece: Piece, residual: Array, sigma: Array) -> Array:
+    """Log-likelihood of each track for several noise levels (levels, tracks); weights in."""
+    law = noise.sample_law(sigma, piece.sheet.step, piece.sheet.noise)
+    value = law(residual[..., None]).value
+    return jnp.einsum("st,stl->lt", piece.weight, value)
+
+
+def fitted_noise(local: Local) -> np.ndarray:
+    """Most probable noise levels, on the scale of their priors (levels,), the rest held."""
+    problem, layout = local.layout.problem, local.layout
+    laws = [p for p in problem.parameters.sampled if p.base == "noise"]
+    total = {p.label: -0.5 * NOISE_GRID**2 for p in laws}
+    at = 0
+    for piece in problem.pieces:
+        rows, tracks = piece.data.shape
+        stretch = slice(at, at + rows * tracks)
+        at += rows * tracks
+        residual = local.residual[stretch].reshape(tracks, rows).T
+        weight = layout.weight[stretch].reshape(tracks, rows).T
+        weighed = eqx.tree_at(lambda p: p.weight, piece, jnp.asarray(weight))
+        for i in range(tracks):
+            label = f"noise[{piece.sensor(i)}]"
+            if label not in total:
+                continue
+            law = next(p.law for p in laws if p.label == label)
+            sigma = law.from_standard(jnp.asarray(NOISE_GRID))
+            total[label] = (
+                total[label] + np.asarray(_levels(weighed, jnp.asarray(residual), sigma))[:, i]
+            )
+    return np.array([_peak(total[p.label]) for p in laws])
+
+
+def _peak(height: np.ndarray) -> float:
+    """Place on the noise grid of the peak of a curve, by a parabola through its top."""
+    i = int(np.clip(np.argmax(height), 1, len(height) - 2))
+    left, top, right = height[i - 1 : i + 2]
+    bend = left - 2.0 * top + right
+    shift = 0.5 * (left - right) / bend if bend < 0.0 else 0.0
+    return float(NOISE_GRID[i] + np.clip(shift, -1.0, 1.0) * (NOISE_GRID[1] - NOISE_GRID[0]))
+
+
+def with_noise(local: Local, z_noise: np.ndarray) -> Local:
+    """Return the same fit with other noise levels."""
+    return _again(local, local.layout, z_noise)
+
+
+def with_weights(local: Local, weight: np.ndarray) -> Local:
+    """Return the same fit with other weights of the samples (n,)."""
+    return _again(local, local.layout.weighed(weight), local.z_noise)
+
+
+def _again(local: Local, layout: Layout, z_noise: np.ndarray) -> Local:
+    found = terms(layout, local.residual, local.hypothesis.sigmas(z_noise))
+    return dataclasses.replace(local, layout=layout, z_noise=z_noise, terms=found)

@@ -1,0 +1,219 @@
+"""discovery.json of the contract, and the spec with what was found in it."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rigid.discovery.explain import NOTHING, UNNAMED, Explained
+from rigid.discovery.hypothesis import Hypothesis
+from rigid.discovery.judging import gap
+from rigid.discovery.local import Local
+from rigid.discovery.workflow import LIKELY, Judged, Outcome, Step
+from rigid.spec import Spec
+
+SCHEMA = 1
+Z_90 = 1.6448536269514722
+SPEC_NAME = "extended.toml"
+RULED_OUT = -20.0
+"""Log Bayes factor below which an effect is out of the question."""
+
+
+def finite(value: float | None) -> float | None:
+    """A number for JSON: None where it is none."""
+    return None if value is None or not np.isfinite(value) else float(value)
+
+
+def interval(local: Local, label: str) -> dict[str, Any]:
+    """Median and 90 % interval of a parameter, by the Gaussian law around the fit."""
+    number = local.hypothesis.labels.index(label)
+    parameter = local.hypothesis.parameters[number]
+    sd = float(np.sqrt(local.covariance[number, number]))
+    quantiles = {"median": 0.0, "q05": -Z_90 * sd, "q95": Z_90 * sd}
+    values = {
+        k: float(parameter.law.from_standard(local.w[number] + shift))
+        for k, shift in quantiles.items()
+    }
+    if values["q05"] > values["q95"]:  # laws of negative quantities fall
+        values["q05"], values["q95"] = values["q95"], values["q05"]
+    return values | {"unit": parameter.unit}
+
+
+def added_labels(hypothesis: Hypothesis, name: str) -> list[str]:
+    """Labels of what an added effect brought in."""
+    effect = next(e for e in hypothesis.added if e.name == name)
+    mine = [label for info in effect.parameters() for label in info.labels]
+    return [label for label in mine if label in hypothesis.labels]
+
+
+def quoted(hypothesis: Hypothesis) -> list[str]:
+    """Labels of numbers that a user would quote: of the effects, and every record's flow."""
+    names = {
+        label
+        for effect in hypothesis.problem.effects
+        for info in effect.parameters()
+        for label in info.labels
+    }
+    return [
+        p.label
+        for p in hypothesis.parameters
+        if p.label in names or p.base in (*names, "kappa")
+    ]  # fmt: skip
+
+
+def as_dict(spec: Spec, outcome: Outcome, extended: Path | None) -> dict[str, Any]:
+    """What goes to discovery.json."""
+    return {
+        "schema": SCHEMA,
+        "verdict": outcome.verdict,
+        "simulated": spec.simulated,
+        "p_value": finite((outcome.steps[0].explained if outcome.steps else outcome.last).p_value),
+        "steps": [_step(spec, step, extended) for step in outcome.steps],
+        "gap": {
+            "initial": finite(gap(outcome.base)),
+            "final": finite(gap(outcome.final)),
+            "floor": 1.0,
+        },
+        "rejected": rejected(outcome),
+    }
+
+
+def _step(spec: Spec, step: Step, extended: Path | None) -> dict[str, Any]:
+    where = step.place
+    out: dict[str, Any] = {
+        "where": {
+            "record": where.record.split(",")[0],
+            "cylinder": where.record.split(",")[1],
+            "channel": where.channel,
+            "time_s": list(where.time_s) if where.time_s else None,
+            "frequency_Hz": list(where.frequency_Hz) if where.frequency_Hz else None,
+            "equation": spec.model.equation(step.equation),
+        },
+        "effect": step.chosen,
+        "probability": finite(step.probability[step.chosen or UNNAMED]),
+        "alternatives": alternatives(step),
+    }
+    if step.chosen is None or step.judged is None:
+        return out | {
+            "parameters": {}, "moved": {}, "gap": None, "next_record": None, "spec": None
+        }  # fmt: skip
+    return out | _added(step, step.chosen, step.judged) | {"spec": str(extended)}
+
+
+def _added(step: Step, name: str, judged: Judged) -> dict[str, Any]:
+    """What an effect brought in, what it moved, and the gap before and after."""
+    one = step.refits[name]
+    difference, error = judged.elpd
+    return {
+        "parameters": {
+            label: interval(one.after, label) for label in added_labels(one.after.hypothesis, name)
+        },
+        "moved": {
+            label: {
+                "before": interval(one.before, label)["median"],
+                "after": interval(one.after, label)["median"],
+            }
+            for label in quoted(one.before.hypothesis)
+        },
+        "gap": {
+            "before": judged.gap[0],
+            "after": judged.gap[1],
+            "held_out_before": judged.left[0].gap,
+            "held_out_after": judged.left[1].gap,
+            "elpd_difference": difference,
+            "elpd_se": error,
+        },
+        "next_record": step.next_record,
+    }
+
+
+def alternatives(step: Step) -> list[dict[str, Any]]:
+    """Other explanations of a step that keep some probability, the likeliest first."""
+    rest = {
+        k: v
+        for k, v in step.probability.items()
+        if k not in (NOTHING, UNNAMED, step.chosen) and v > LIKELY
+    }
+    return [
+        {"effect": name, "probability": rest[name]} for name in sorted(rest, key=lambda k: -rest[k])
+    ]
+
+
+def rejected(outcome: Outcome) -> list[dict[str, str]]:
+    """Every effect that was not kept, and why."""
+    chosen = {step.chosen for step in outcome.steps}
+    first = outcome.steps[0].explained if outcome.steps else outcome.last
+    steps = outcome.steps
+    told = {a["effect"] for step in steps for a in alternatives(step)}
+    return [
+        {"effect": name, "why": _why(first, name, steps[0] if steps else None)}
+        for name in first.effects
+        if name not in chosen | told
+    ]
+
+
+def _why(found: Explained, name: str, step: Step | None) -> str:
+    number = found.best_of(name)
+    strength = float(found.screening.strength[number])
+    one = found.listed[number]
+    sides = np.sign(np.asarray(one.law.from_standard(np.array([-3.0, 3.0]))) - one.absent)
+    if abs(strength) > 3.0 and np.all(sides == -np.sign(strength)):
+        return f"the records ask for a sign that physics forbids (strength {strength:+.1f})"
+    if found.effects[name] < RULED_OUT:
+        return f"would be seen if it were there: strength {strength:+.1f} is all that shows"
+    if step is None or found.effects[name] < 0.0:
+        return (
+            f"explains nothing: strength {strength:+.1f}, log Bayes factor "
+            f"{found.effects[name]:.1f} against its absence"
+        )
+    best = step.chosen or "something hidden"
+    logs = step.refits[name].log_bayes if name in step.refits else found.effects[name]
+    return f"explains less than {best}: log Bayes factor {logs:.1f} against its absence"
+
+
+def extended_spec(spec: Spec, outcome: Outcome, folder: Path) -> str:
+    """Text of the spec with the effects that were found, its files named from `folder`.
+
+    Everything else stays as it was written, comments included.
+    """
+    text = spec.text.removeprefix("\ufeff")
+    added = [step.chosen for step in outcome.steps if step.chosen]
+    listed = "".join(f'    "{name}",\n' for name in (*spec.model.effects, *added))
+    effects = f"effects = [\n{listed}]"
+    only = {k: v for k, v in outcome.final.hypothesis.only.items() if k not in spec.model.only}
+    if re.search(r"(?m)^effects\s*=\s*\[[^\]]*\]", text):
+        text = re.sub(r"(?m)^effects\s*=\s*\[[^\]]*\]", lambda _: effects, text, count=1)
+    elif re.search(r"(?m)^\[model\]\s*$", text):
+        text = re.sub(r"(?m)^\[model\]\s*$", lambda _: f"[model]\n{effects}", text, count=1)
+    else:
+        text = f"[model]\n{effects}\n\n{text}" if text.startswith("[") else _headed(text, effects)
+    if only:
+        pairs = ", ".join(f'{k} = "{v}"' for k, v in {**spec.model.only, **only}.items())
+        text = re.sub(r"(?m)^only\s*=.*\n", "", text)
+        text = text.replace(effects, f"{effects}\nonly = {{ {pairs} }}", 1)
+    return _with_files(text, spec, folder)
+
+
+def _headed(text: str, effects: str) -> str:
+    """Put a table of the model before the first table of a spec."""
+    at = re.search(r"(?m)^\[", text)
+    cut = at.start() if at else len(text)
+    return f"{text[:cut]}[model]\n{effects}\n\n{text[cut:]}"
+
+
+def _with_files(text: str, spec: Spec, folder: Path) -> str:
+    """Name the records' files from another folder."""
+    here = spec.path.resolve().parent
+
+    def moved(match: re.Match[str]) -> str:
+        path = (here / match["name"]).resolve()
+        return f'{match["key"]}"{Path(_relative(path, folder.resolve())).as_posix()}"'
+
+    return re.sub(r'(?m)^(?P<key>\s*(?:file|posterior)\s*=\s*)"(?P<name>[^"]+)"', moved, text)
+
+
+def _relative(path: Path, folder: Path) -> str:
+    import os.path
+
+    return os.path.relpath(path, folder)

@@ -1,0 +1,283 @@
+"""From the outcome of discovery to what its section of the page shows."""
+
+from typing import Any
+
+import numpy as np
+
+from rigid import __version__
+from rigid.discovery.explain import NOTHING, UNNAMED, Explained
+from rigid.discovery.formula import simplest
+from rigid.discovery.hidden import UNITS
+from rigid.discovery.judging import gap
+from rigid.discovery.output import interval, quoted
+from rigid.discovery.workflow import Outcome, Step
+from rigid.plots.discovery import MOST_PANELS, HiddenShown, ResidualShown
+from rigid.report.discovery import DiscoveryContent, StepContent
+from rigid.spec import Spec
+
+TOLD_ODDS = 8
+LEAST_APART = 0.8
+TARGET_UNITS = {
+    "force": "N",
+    "flow": "m^3/s",
+    "spring": "N",
+    "load": "N",
+    "stroke": "m",
+    "pressure": "Pa",
+    "acceleration": "m/s^2",
+}
+TARGET_NAMES = {
+    "force": "hidden force on the plunger",
+    "flow": "hidden flow into the chamber",
+    "spring": "hidden force of the load-cell end",
+    "load": "distortion of the load cell",
+    "stroke": "distortion of the stroke sensor",
+    "pressure": "distortion of the gauge",
+    "acceleration": "distortion of the accelerometer",
+}
+
+
+def content(spec: Spec, outcome: Outcome, made: dict[str, Any], seed: int) -> DiscoveryContent:
+    """Gather the section; `made` is what goes to discovery.json."""
+    first = outcome.steps[0].explained if outcome.steps else outcome.last
+    names, cosines = told_apart(first)
+    return DiscoveryContent(
+        title=spec.title or spec.path.stem,
+        simulated=spec.simulated,
+        verdict=outcome.verdict,
+        ruling=ruling(outcome),
+        steps=tuple(
+            _step(number, step, told, outcome)
+            for number, (step, told) in enumerate(
+                zip(outcome.steps, made["steps"], strict=True), start=1
+            )
+        ),
+        ending=_ending(outcome),
+        names=names,
+        cosines=cosines,
+        pairs=_pairs(names, cosines),
+        rejected=tuple((one["effect"], one["why"]) for one in made["rejected"]),
+        command=f"python -m rigid.discover {spec.path.stem}",
+        version=__version__,
+        seed=seed,
+    )
+
+
+def ruling(outcome: Outcome) -> str:
+    """The verdict in a sentence."""
+    if not outcome.steps:
+        return (
+            "Nothing is missing that these records show: as much is left over in "
+            f"{_share(outcome.last.p_value)} of campaigns in which the model is complete."
+        )
+    named = [step for step in outcome.steps if step.verdict == "named"]
+    first = outcome.steps[0]
+    if first.verdict == "named":
+        words = " and ".join(step.chosen or "" for step in named)
+        return f"Missing: {words} (probability {first.probability[first.chosen or '']:.2f})."
+    if first.verdict == "indistinguishable":
+        rest = [k for k, v in first.probability.items() if v > 0.02 and k not in (NOTHING, UNNAMED)]
+        return f"Something is missing; these records cannot tell which: {', '.join(rest)}."
+    return "Something is missing, and no effect of the catalogue explains it."
+
+
+def table(made: dict[str, Any]) -> str:
+    """The result as a table for the terminal."""
+    lines = [f"verdict: {made['verdict']}"]
+    for number, step in enumerate(made["steps"], start=1):
+        where = step["where"]
+        lines.append(
+            f"{number}. {step['effect'] or 'no effect of the catalogue'} "
+            f"(probability {step['probability']:.2f}); shows in {where['record']},"
+            f"{where['cylinder']} {where['channel']}; equation {where['equation']}"
+        )
+        for other in step["alternatives"]:
+            lines.append(f"   or {other['effect']} (probability {other['probability']:.2f})")
+        for label, found in step["parameters"].items():
+            lines.append(
+                f"   {label} = {found['median']:.4g} ({found['q05']:.4g} to {found['q95']:.4g}) "
+                f"{found['unit']}"
+            )
+        if step["gap"]:
+            g = step["gap"]
+            lines.append(
+                f"   gap {g['before']:.4f} -> {g['after']:.4f}; left out {g['held_out_before']:.4f}"
+                f" -> {g['held_out_after']:.4f}; elpd {g['elpd_difference']:+.1f} "
+                f"(se {g['elpd_se']:.1f})"
+            )
+        if step["next_record"]:
+            lines.append(f"   next record: {step['next_record']}")
+        if step["spec"]:
+            lines.append(f"   spec with it: {step['spec']}")
+    lines.append(f"gap: {made['gap']['initial']:.4f} -> {made['gap']['final']:.4f}")
+    return "\n".join(lines) + "\n"
+
+
+def told_apart(found: Explained) -> tuple[tuple[str, ...], np.ndarray]:
+    """Names of the effects and the cosines of the traces of the best candidate of each."""
+    names = tuple(
+        name for name in found.effects if found.screening.size[found.best_of(name)] > 1e-90
+    )
+    at = np.array([found.best_of(name) for name in names], dtype=int)
+    return names, found.screening.cosines[np.ix_(at, at)]
+
+
+def _pairs(names: tuple[str, ...], cosines: np.ndarray) -> tuple[str, ...]:
+    out = []
+    for i in range(len(names)):
+        for j in range(i):
+            if abs(cosines[i, j]) > LEAST_APART:
+                out.append(
+                    f"{names[j]} and {names[i]}: cosine {cosines[i, j]:.2f}; a strength of "
+                    f"{_needed(abs(cosines[i, j])):.0f} is needed to tell them apart in 19 of 20."
+                )
+    return tuple(out)
+
+
+def _needed(cosine: float) -> float:
+    """Strength s at which s sqrt((1 - c)/2) is 1.64."""
+    return 1.64 / float(np.sqrt(max(0.5 * (1.0 - cosine), 1e-6)))
+
+
+def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> StepContent:
+    where = told["where"]
+    name = step.chosen or "something that no effect explains"
+    sentences = [
+        f"It shows most in record {where['record']} on cylinder {where['cylinder']}, channel "
+        f"{where['channel']}"
+        + (f", from {where['time_s'][0]:.2f} to {where['time_s'][1]:.2f} s" if where["time_s"]
+           else "")
+        + f". Equation: {where['equation']}.",
+        f"As much is found in {_share(step.explained.p_value)} of campaigns in which nothing is "
+        "missing (all that was tried counted).",
+    ]  # fmt: skip
+    if step.judged is not None:
+        difference, error = step.judged.elpd
+        sentences.append(
+            f"Left-out records speak for it by {difference:+.1f} in log predictive density "
+            f"(standard error {error:.1f}). A placebo, an effect with another trace, explains "
+            f"{100 * step.placebo:.0f} % as much."
+        )
+    if step.next_record:
+        sentences.append(f"The record that would tell most: {step.next_record}.")
+    return StepContent(
+        heading=f"Step {number}: {name}",
+        sentences=tuple(sentences),
+        odds=_odds(step),
+        parameters=tuple(
+            (k, v["unit"], v["q05"], v["median"], v["q95"]) for k, v in told["parameters"].items()
+        ),
+        moved=_moved(step),
+        gaps=_gaps(told["gap"]),
+        residuals=_residuals(step),
+        hidden=_hidden(step, outcome) if step.chosen is None else None,
+    )
+
+
+def _share(p_value: float) -> str:
+    return "fewer than 1 in 1,000" if p_value < 1e-3 else f"{100 * p_value:.1f} %"
+
+
+def _odds(step: Step) -> tuple[tuple[str, float, float, str], ...]:
+    logs = {NOTHING: 0.0, UNNAMED: step.explained.unnamed} | step.explained.effects
+    logs |= {name: one.log_bayes for name, one in step.refits.items()}
+    ranked = sorted(step.probability, key=lambda k: -step.probability[k])[:TOLD_ODDS]
+    words = {NOTHING: "nothing is missing", UNNAMED: "something else"}
+    return tuple(
+        (
+            words.get(name, name),
+            step.probability[name],
+            logs[name],
+            "fit in full" if name in step.refits else "" if name == NOTHING else "screening",
+        )
+        for name in ranked
+    )
+
+
+def _moved(step: Step) -> tuple[tuple[str, str, float, float], ...]:
+    if step.chosen is None:
+        return ()
+    one = step.refits[step.chosen]
+    out = []
+    for label in quoted(one.before.hypothesis):
+        before, after = interval(one.before, label), interval(one.after, label)
+        out.append((label, before["unit"], before["median"], after["median"]))
+    return tuple(out)
+
+
+def _gaps(told: dict[str, float] | None) -> tuple[tuple[str, str, str], ...]:
+    if told is None:
+        return ()
+    return (
+        ("fitted records", f"{told['before']:.4f}", f"{told['after']:.4f}"),
+        ("left-out parts", f"{told['held_out_before']:.4f}", f"{told['held_out_after']:.4f}"),
+    )
+
+
+def _residuals(step: Step) -> tuple[ResidualShown, ...]:
+    """Channels that gain most, before and after."""
+    if step.chosen is None:
+        return ()
+    one = step.refits[step.chosen]
+    layout = one.before.layout
+    gain = one.after.terms.value - one.before.terms.value
+    totals = np.bincount(layout.channel, weights=gain, minlength=len(layout.channels))
+    out = []
+    for number in np.argsort(-totals)[:MOST_PANELS]:
+        channel = layout.channels[number]
+        rows = (layout.channel == number) & layout.read
+        count = max(int(rows.sum()) // 25, 1)
+        mean = np.ones(count) / count
+        before, after = (
+            np.convolve(fit.residual[rows] / layout.floor[rows], mean, "same")
+            for fit in (one.before, one.after)
+        )
+        here = (channel.track, channel.quantity) == (step.place.record, step.place.channel)
+        out.append(
+            ResidualShown(
+                f"{channel.track} {channel.quantity}",
+                layout.time[rows],
+                before,
+                after,
+                count,
+                step.place.time_s if here else None,
+            )
+        )
+    return tuple(out)
+
+
+def _hidden(step: Step, outcome: Outcome) -> HiddenShown:
+    """The hidden thing that explains most, with its simplest formula."""
+    found = step.explained
+    target, bundle = found.bundles[int(np.argmax(found.bundle))]
+    mean, covariance = bundle.amplitudes(found.screening.slope)
+    columns = bundle.columns - len(found.listed)
+    place = outcome.bench.bumps.centre[columns]
+    symbol = {"time": "t", "pressure": "p", "stroke": "x", "speed": "v", "load": "x"}
+    formula = simplest(place, mean, covariance, symbol.get(target.variable, "y"))
+    order = np.argsort(place, kind="stable")
+    unit = UNITS.get(target.variable, TARGET_UNITS.get(target.kind, "1"))
+    if (target.kind, target.variable) == ("spring", "load"):
+        unit = "m"
+    return HiddenShown(
+        variable=target.variable,
+        variable_unit=unit,
+        name=TARGET_NAMES.get(target.kind, target.kind),
+        unit=TARGET_UNITS.get(target.kind, "N"),
+        place=place[order],
+        mean=mean[order],
+        sd=np.sqrt(np.maximum(np.diag(covariance), 0.0))[order],
+        formula=formula.values[order],
+        words=formula.words,
+    )
+
+
+def _ending(outcome: Outcome) -> tuple[str, ...]:
+    last = outcome.last
+    left = (
+        f"With what was added, the gap is {gap(outcome.final):.4f} (1 is the floor); as much as is "
+        f"left over is found in {_share(last.p_value)} of campaigns in which nothing is missing."
+    )
+    if not outcome.steps:
+        left = f"The gap is {gap(outcome.final):.4f} (1 is the floor); nothing was added."
+    return (left,)

@@ -1,0 +1,111 @@
+"""The few best candidates fitted in full: every parameter free, the effect with its own priors."""
+
+import dataclasses
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from rigid.discovery.candidates import Candidate
+from rigid.discovery.evidence import amplitudes, most_probable
+from rigid.discovery.explain import Explained
+from rigid.discovery.families import Family, families, holding
+from rigid.discovery.hypothesis import parameters_of, widened
+from rigid.discovery.local import Local, expand, refined
+from rigid.priors import AbstractLaw
+
+MOST = 3
+"""Effects that are fitted in full, at most."""
+WITHIN = 8.0
+"""Effects whose log Bayes factor lies further below the best are not: odds of 1 in 3,000."""
+BEFORE_STEPS = 3
+"""Steps that the model without the effect gets in the program of the effect."""
+GRID = np.linspace(-8.0, 8.0, 6401)
+
+
+@dataclasses.dataclass(frozen=True)
+class Refit:
+    """An effect added and everything fitted again.
+
+    - `candidate`: where it began. - `before`, `after`: fits without and with it, in one program.
+    - `log_bayes`: of the effect against its absence, by Laplace's method.
+    """
+
+    candidate: Candidate
+    before: Local
+    after: Local
+    log_bayes: float
+
+
+def standard_of(law: AbstractLaw, value: float) -> float:
+    """Quantile of a value under a law, on the standard normal scale."""
+    return float(np.interp(value, np.asarray(law.from_standard(GRID)), GRID))
+
+
+def worth_refitting(found: Explained) -> list[str]:
+    """Names of the effects to fit in full, the best first."""
+    ranked = sorted(found.effects, key=lambda name: -found.effects[name])
+    best = found.effects[ranked[0]] if ranked else 0.0
+    return [n for n in ranked[:MOST] if found.effects[n] > max(best - WITHIN, 0.0)]
+
+
+def refit(
+    base: Local,
+    programs: tuple[Family, ...],
+    found: Explained,
+    name: str,
+    report: Callable[[str], None],
+) -> Refit:
+    """Fit the model with the effect `name` added, from its best candidate on.
+
+    - `base`: the fit without it. - `programs`: one of them may hold all effects; if none does, one
+      is compiled.
+    """
+    number = found.best_of(name)
+    candidate = found.listed[number]
+    family = _program(base, programs, candidate)
+    chord = any(not e.steady for e in family.effects)
+    report(f"fitting {name}")
+    where = family, base.layout
+    before = base
+    if chord:
+        before = expand(base.hypothesis, where, base.w, base.z_noise, base.design)
+        before = refined(before, chord, BEFORE_STEPS)
+    extended = base.hypothesis.plus(candidate.effect, candidate.only)
+    more = _beginning(found, number, base.hypothesis.given)
+    sensors = len(base.layout.problem.sensors)
+    start = expand(
+        extended,
+        where,
+        widened(before.w, sensors, more),
+        before.z_noise,
+        before.design if chord else None,
+    )
+    after = refined(start, chord)
+    places = len({one.only for one in found.listed if one.effect is candidate.effect})
+    return Refit(
+        candidate, before, after, after.log_evidence - before.log_evidence - float(np.log(places))
+    )
+
+
+def _program(base: Local, programs: tuple[Family, ...], candidate: Candidate) -> Family:
+    wanted = (*base.hypothesis.added, candidate.effect)
+    try:
+        return holding(programs, wanted)
+    except KeyError:
+        return families(base.layout.problem, wanted, together=True)[0]
+
+
+def _beginning(found: Explained, number: int, given: Mapping[str, AbstractLaw]) -> list[float]:
+    """Standard normal quantiles of an added effect's parameters at its best candidate."""
+    one = found.listed[number]
+    slope = float(found.screening.slope[number])
+    information = float(found.screening.information[number, number])
+    quantile = most_probable(slope, information, amplitudes(one.law, one.absent))
+    amplitude = one.departure(quantile)
+    values = dict(one.shape) | {one.amplitude: amplitude}
+    out = []
+    for parameter in parameters_of(one.effect, given):
+        value = values[parameter.label]
+        # A second amplitude that the candidate leaves absent begins small, not at minus infinity.
+        out.append(float(np.clip(standard_of(parameter.law, value), -3.0, 3.0)))
+    return out

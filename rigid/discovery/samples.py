@@ -1,0 +1,144 @@
+"""All samples of a campaign as one long list, and their likelihood around expected readings."""
+
+import dataclasses
+from functools import cached_property
+from typing import NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from rigid import noise
+from rigid.discovery.families import Swept
+from rigid.likelihood import Piece
+from rigid.problem import Problem
+
+
+class Channel(NamedTuple):
+    """One quantity in one record: `track` is "record,cylinder", `sensor` "quantity,cylinder"."""
+
+    track: str
+    kind: str
+    quantity: str
+    sensor: str
+    interval: float
+
+
+@dataclasses.dataclass(frozen=True)
+class Layout:
+    """Where each sample stands; n samples, piece after piece, channel after channel.
+
+    - `problem`: whose pieces they are.
+    - `channels`; `channel` (n,): number of each sample's channel. - `time` (n,) [s].
+    - `weight` (n,): 0 where nothing was read, below 1 where a sample is less than one fact.
+    """
+
+    problem: Problem
+    channels: tuple[Channel, ...]
+    channel: np.ndarray
+    time: np.ndarray
+    weight: np.ndarray
+
+    @cached_property
+    def read(self) -> np.ndarray:
+        """Where something was read (n,)."""
+        return self.weight > 0.0
+
+    @cached_property
+    def floor(self) -> np.ndarray:
+        """Least root mean square of the residuals of each sample's sensor (n,)."""
+        sheets = [p.sheet.floor for p in self.problem.pieces for _ in p.tracks]
+        return np.array(sheets)[self.channel]
+
+    @cached_property
+    def tracks(self) -> tuple[str, ...]:
+        """Labels of the records, "record,cylinder"."""
+        return tuple(dict.fromkeys(c.track for c in self.channels))
+
+    @cached_property
+    def track(self) -> np.ndarray:
+        """Number of each sample's record (n,)."""
+        numbers = np.array([self.tracks.index(c.track) for c in self.channels])
+        return numbers[self.channel]
+
+    @cached_property
+    def sensor(self) -> np.ndarray:
+        """Number of each sample's sensor (n,), in the order of `problem.sensors`."""
+        numbers = np.array([self.problem.sensors.index(c.sensor) for c in self.channels])
+        return numbers[self.channel]
+
+    def weighed(self, weight: np.ndarray) -> "Layout":
+        """Return the same samples with other weights (n,)."""
+        return dataclasses.replace(self, weight=weight)
+
+
+def lay_out(problem: Problem) -> Layout:
+    """List the samples of a problem with the weights it has."""
+    channels, number, time, weight = [], [], [], []
+    for piece in problem.pieces:
+        tracks = problem.groups[piece.group].tracks
+        for i, t in enumerate(piece.tracks):
+            track, rows = tracks[t], piece.data.shape[0]
+            number.append(np.full(rows, len(channels)))
+            channels.append(
+                Channel(track.label, track.kind, piece.quantity, piece.sensor(i), track.interval)
+            )
+            time.append(float(track.first) + track.interval * np.arange(rows))
+            weight.append(np.asarray(piece.weight[:, i]))
+    return Layout(
+        problem, tuple(channels), *(np.concatenate(part) for part in (number, time, weight))
+    )
+
+
+def flat_readings(layout: Layout, swept: list[dict[str, np.ndarray]]) -> np.ndarray:
+    """Ideal readings (or slopes) of all samples (n, lanes) from those of the groups."""
+    parts = []
+    for piece in layout.problem.pieces:
+        series = swept[piece.group][piece.quantity]
+        parts += [series[:, t] for t in piece.tracks]
+    return np.concatenate(parts)
+
+
+def split_swept(layout: Layout, swept: Swept) -> tuple[np.ndarray, np.ndarray]:
+    """Readings and slopes of all samples, (n, lanes) each."""
+    readings = flat_readings(layout, [one for one, _ in swept])
+    return readings, flat_readings(layout, [two for _, two in swept])
+
+
+class Terms(NamedTuple):
+    """Log-likelihood of each sample (n,), its slope and minus its curvature by the reading."""
+
+    value: np.ndarray
+    score: np.ndarray
+    bend: np.ndarray
+
+
+@eqx.filter_jit
+def _terms(piece: Piece, residual: Array, sigma: Array) -> tuple[Array, Array, Array]:
+    """Terms of a piece, weights left out; `residual` (samples, tracks), `sigma` (tracks,)."""
+    point = noise.sample_law(sigma, piece.sheet.step, piece.sheet.noise)(residual)
+    return point.value, point.slope, -point.curvature
+
+
+def terms(layout: Layout, residual: np.ndarray, sigma: np.ndarray) -> Terms:
+    """Likelihood of all samples.
+
+    - `residual` (n,): recorded less expected. - `sigma` (sensors,): noise levels.
+    """
+    parts, at = [], 0
+    for piece in layout.problem.pieces:
+        rows, tracks = piece.data.shape
+        here = residual[at : at + rows * tracks].reshape(tracks, rows).T
+        at += rows * tracks
+        sensors = [layout.problem.sensors.index(piece.sensor(i)) for i in range(tracks)]
+        found = _terms(piece, jnp.asarray(here), jnp.asarray(sigma[np.array(sensors)]))
+        parts.append([np.asarray(x).T.ravel() for x in found])
+    value, score, bend = (np.concatenate(p) for p in zip(*parts, strict=True))
+    w = layout.weight
+    return Terms(w * value, w * score, w * bend)
+
+
+def data_of(layout: Layout) -> np.ndarray:
+    """What was read, (n,)."""
+    return np.concatenate([np.asarray(p.data).T.ravel() for p in layout.problem.pieces])

@@ -1,0 +1,64 @@
+"""How many facts a sample is, judged once what physics can explain has been taken out.
+
+Residuals that resemble their neighbours count less (`rigid.correlation`). But a missing effect
+makes neighbours alike, too; taken for correlated noise, it would hide itself. So the correlation is
+that of what is left after the traces of all effects and hidden forces have had their say. Single
+samples that stand far off both neighbours are no physics of a rig: they do not count at all.
+"""
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from rigid.correlation import autoregression
+from rigid.discovery.local import Local
+
+SPIKE = 6.0
+"""Sds of noise and rounding that a sample must stand off the median of its neighbourhood."""
+NEIGHBOURS = 5
+TRACE_SD = 15.0
+"""Prior sd of each trace, in units of its own strength: strong enough for all that is asked of."""
+
+
+def spikes(local: Local) -> np.ndarray:
+    """Where a sample stands off its neighbours (n,)."""
+    layout, half = local.layout, NEIGHBOURS // 2
+    sigma = local.hypothesis.sigmas(local.z_noise)[layout.sensor]
+    steps = np.array([p.sheet.step for p in layout.problem.pieces for _ in p.tracks])
+    sd = np.sqrt(sigma**2 + steps[layout.channel] ** 2 / 12.0)
+    found = np.zeros(len(sd), dtype=bool)
+    for number in range(len(layout.channels)):
+        rows = np.flatnonzero((layout.channel == number) & layout.read)
+        if len(rows) < NEIGHBOURS:
+            continue
+        series = np.pad(local.residual[rows], half, mode="edge")
+        near = np.lib.stride_tricks.sliding_window_view(series, NEIGHBOURS)
+        found[rows] = np.abs(local.residual[rows] - np.median(near, axis=1)) > SPIKE * sd[rows]
+    return found
+
+
+def facts(local: Local, traces: np.ndarray) -> np.ndarray:
+    """Weight of each sample (n,): 0 for spikes, one over the correlation time for the rest.
+
+    - `local`: fitted with weight 1 wherever something was read. - `traces` (n, k).
+    """
+    layout = local.layout
+    good = layout.read & ~spikes(local)
+    left = _unexplained(local, traces)
+    weight = np.where(good, 1.0, 0.0)
+    for number in range(len(layout.channels)):
+        rows = layout.channel == number
+        weight[rows] /= autoregression(left[rows], good[rows]).time
+    return weight
+
+
+def _unexplained(local: Local, traces: np.ndarray) -> np.ndarray:
+    """Scores (n,) once parameters and traces have explained what they can."""
+    bend = local.terms.bend
+    size = np.sqrt(np.maximum(np.einsum("nk,n,nk->k", traces, bend, traces), 1e-300))
+    columns = np.concatenate([local.design, traces / size], axis=1)
+    spread = np.concatenate([np.ones(local.design.shape[1]), np.full(len(size), TRACE_SD)])
+    known = np.diag(spread**-2.0) + columns.T @ (columns * bend[:, None])
+    pull = columns.T @ local.terms.score
+    pull[: len(local.w)] -= local.w
+    explained = columns @ cho_solve(cho_factor(known), pull)
+    return local.terms.score - bend * explained

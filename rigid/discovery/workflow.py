@@ -1,0 +1,285 @@
+"""Fit, find what is left over, name it, add it, and again until nothing is missing."""
+
+import dataclasses
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from rigid.discovery.candidates import EVENT, Candidate, candidates, events
+from rigid.discovery.evidence import probabilities
+from rigid.discovery.explain import NOTHING, UNNAMED, Explained, explain, prior_of
+from rigid.discovery.families import Effects, Family, families
+from rigid.discovery.further import next_record
+from rigid.discovery.hypothesis import Hypothesis, start
+from rigid.discovery.judging import Left, Place, gap, left_out, place, units
+from rigid.discovery.local import Local, expand, refined, with_weights
+from rigid.discovery.refit import Refit, refit, worth_refitting
+from rigid.discovery.samples import lay_out
+from rigid.discovery.screening import Around, Screening, screen
+from rigid.discovery.traces import Bumps, bumps, traces
+from rigid.discovery.weights import facts
+from rigid.newton import is_noise
+from rigid.priors import AbstractLaw
+from rigid.problem import Problem
+
+SHAPES = 4
+"""Settings of an effect's shape that are screened."""
+SURE_MISSING = 0.05
+"""Something is missing where the probability of nothing is below this, and ..."""
+SIGNIFICANT = 0.01
+"""... where as much is found in fewer than this share of campaigns in which nothing is."""
+SURE_NAME = 0.8
+"""A name is given where it has this probability among all that could be missing, and ..."""
+CLOSE = 4.0
+"""... no other explanation whose log Bayes factor is within this of it ..."""
+PARTED = 1.64
+"""... leaves a trace so alike that even who knew both could not part them in 19 of 20."""
+LIKELY = 0.02
+"""Least probability of an effect that is told as an alternative."""
+MOST_STEPS = 3
+
+Report = Callable[[str], None]
+
+
+@dataclasses.dataclass(frozen=True)
+class Bench:
+    """What all steps share: programs, candidates, and what each would leave in the records."""
+
+    programs: tuple[Family, ...]
+    listed: tuple[Candidate, ...]
+    bumps: Bumps
+    traces: np.ndarray
+
+
+@dataclasses.dataclass(frozen=True)
+class Judged:
+    """Without and with an effect: gaps, left-out parts."""
+
+    gap: tuple[float, float]
+    left: tuple[Left, Left]
+
+    @property
+    def elpd(self) -> tuple[float, float]:
+        """Difference of the log predictive density of left-out parts, and its standard error."""
+        difference = self.left[1].density - self.left[0].density
+        spread = float(np.std(difference, ddof=1)) if len(difference) > 1 else 0.0
+        return float(difference.sum()), spread * float(np.sqrt(len(difference)))
+
+
+@dataclasses.dataclass(frozen=True)
+class Step:
+    """One turn of the workflow.
+
+    - `verdict`: "named", "indistinguishable" or "unnamed". - `explained`: all that was weighed.
+    - `probability`: of nothing, each effect and something unnamed.
+    - `refits`: by name. - `chosen`: the effect added, None where none is.
+    - `place`, `equation`: where it shows. - `judged`: None where nothing was added.
+    - `placebo`: share of the excess misfit that a wrong effect with as many parameters closes.
+    """
+
+    verdict: str
+    explained: Explained
+    probability: dict[str, float]
+    refits: dict[str, Refit]
+    chosen: str | None
+    place: Place
+    equation: str
+    judged: Judged | None
+    placebo: float
+    next_record: str | None = None
+
+
+@dataclasses.dataclass(frozen=True)
+class Outcome:
+    """All of it.
+
+    - `base`: the fit of the model as specified. - `steps`. - `last`: what was weighed at the end.
+    - `final`: the fit with all that was added.
+    """
+
+    base: Local
+    bench: Bench
+    steps: tuple[Step, ...]
+    last: Explained
+    last_probability: dict[str, float]
+    final: Local
+
+    @property
+    def verdict(self) -> str:
+        """That of the first step, or that nothing is missing."""
+        return self.steps[0].verdict if self.steps else "nothing-missing"
+
+
+def discover(
+    problem: Problem,
+    best: tuple[np.ndarray, np.ndarray],
+    effects: Effects,
+    given: Mapping[str, AbstractLaw],
+    seed: int,
+    report: Report,
+) -> Outcome:
+    """Run the workflow.
+
+    - `best`: z and standard gains and zeros of a search's optimum. - `effects`: the candidates.
+    - `given`: priors of their parameters, by label, that go before their own.
+    """
+    programs = families(problem, effects)
+    layout = lay_out(problem)
+    layout = layout.weighed((layout.weight > 0.0).astype(float))
+    report("fitting the model as specified")
+    noise = best[0][is_noise(problem)]
+    hypothesis = Hypothesis(problem, given=given)
+    base = refined(expand(hypothesis, (programs[0], layout), start(problem, *best), noise))
+    bench = _bench(base, programs, effects, report)
+    everything = np.concatenate([bench.traces, bench.bumps.columns], axis=1)
+    base = refined(with_weights(base, facts(base, everything)))
+    return _steps(base, bench, seed, report)
+
+
+def _bench(base: Local, programs: tuple[Family, ...], effects: Effects, report: Report) -> Bench:
+    tracks = [t for group in base.layout.problem.groups for t in group.tracks]
+    valve = [e for e in effects if e.name == EVENT]
+    given = base.hypothesis.given
+    listed = candidates([e for e in effects if e not in valve], SHAPES, given)
+    listed += tuple(one for effect in valve for one in events(effect, tracks, given))
+    report(f"traces of {len({one.effect for one in listed})} effects")
+    found = traces(base, programs, listed)
+    report("traces of hidden forces")
+    return Bench(programs, listed, bumps(base, programs[0]), found)
+
+
+def weigh(local: Local, bench: Bench, seed: int) -> tuple[Explained, dict[str, float]]:
+    """Weigh every explanation of what a fit leaves over, effects that are in it left out."""
+    inside = set(local.hypothesis.added)
+    kept = [i for i, one in enumerate(bench.listed) if one.effect not in inside]
+    around = Around(local.terms.score, local.terms.bend, local.design, local.gradient)
+    columns = np.concatenate([bench.traces[:, kept], bench.bumps.columns], axis=1)
+    listed = tuple(bench.listed[i] for i in kept)
+    found = explain(listed, bench.bumps.target, screen(around, columns), seed)
+    return found, _probability(found, {})
+
+
+def _probability(found: Explained, refits: dict[str, Refit]) -> dict[str, float]:
+    logs = found.effects | {name: one.log_bayes for name, one in refits.items()}
+    nothing, each, unnamed = prior_of(len(logs))
+    prior = {NOTHING: nothing, UNNAMED: unnamed} | dict.fromkeys(logs, each)
+    return probabilities({NOTHING: 0.0, UNNAMED: found.unnamed} | logs, prior)
+
+
+def _steps(base: Local, bench: Bench, seed: int, report: Report) -> Outcome:
+    steps: list[Step] = []
+    local = base
+    found, probability = weigh(local, bench, seed)
+    while len(steps) < MOST_STEPS and _missing(found, probability):
+        refits = {
+            name: refit(local, bench.programs, found, name, report)
+            for name in worth_refitting(found)
+        }
+        probability = _probability(found, refits)
+        if not _missing(found, probability):
+            break
+        steps.append(_step(local, bench, found, probability, refits))
+        if steps[-1].chosen is None:
+            break
+        local = refits[steps[-1].chosen].after
+        report(f"what {steps[-1].chosen} leaves over")
+        found, probability = weigh(local, bench, seed)
+    return Outcome(base, bench, tuple(steps), found, probability, local)
+
+
+def _missing(found: Explained, probability: dict[str, float]) -> bool:
+    return probability[NOTHING] < SURE_MISSING and found.p_value < SIGNIFICANT
+
+
+def lookalikes(found: Explained, refits: dict[str, Refit], name: str) -> list[str]:
+    """Effects that explain about as much as the effect `name` and leave too similar a trace.
+
+    At strength s an oracle parts two traces of cosine c with probability Phi(s sqrt((1 - c)/2)).
+    """
+    logs = found.effects | {other: one.log_bayes for other, one in refits.items()}
+    mine, strength = found.best_of(name), abs(found.screening.strength)
+    out = []
+    for other, log in logs.items():
+        at = found.best_of(other)
+        cosine = min(abs(found.screening.cosines[mine, at]), 1.0)
+        apart = strength[mine] * np.sqrt(0.5 * (1.0 - cosine))
+        if other != name and log > logs[name] - CLOSE and apart < PARTED:
+            out.append(other)
+    return out
+
+
+def verdict_of(probability: dict[str, float], found: Explained, refits: dict[str, Refit]) -> str:
+    """Say what probabilities of the explanations amount to, something being missing."""
+    some = {k: v for k, v in probability.items() if k != NOTHING}
+    total = sum(some.values())
+    named = {k: v for k, v in some.items() if k != UNNAMED}
+    top = max(named, key=lambda k: named[k], default=UNNAMED)
+    if not named or some[UNNAMED] > sum(named.values()):
+        return "unnamed"
+    sure = named[top] > SURE_NAME * total and not lookalikes(found, refits, top)
+    return "named" if sure else "indistinguishable"
+
+
+def _step(
+    local: Local, bench: Bench, found: Explained, probability: dict[str, float],
+    refits: dict[str, Refit],
+) -> Step:  # fmt: skip
+    verdict = verdict_of(probability, found, refits)
+    chosen = max(refits, key=lambda n: probability[n], default=None)
+    if verdict == "unnamed" or chosen is None:
+        target, change = _hidden(found, bench)
+        gain = local.terms.score * change - 0.5 * local.terms.bend * change**2
+        there = place(local, gain, change)
+        return Step("unnamed", found, probability, refits, None, there, target.equation, None, 0.0)
+    one = refits[chosen]
+    gain = one.after.terms.value - one.before.terms.value
+    change = one.before.residual - one.after.residual
+    parts = units(one.before, one.candidate.only)
+    judged = Judged(
+        (gap(one.before), gap(one.after)),
+        (left_out(one.before, parts), left_out(one.after, parts)),
+    )
+    return Step(
+        verdict,
+        found,
+        probability,
+        refits,
+        chosen,
+        place(one.after, gain, change),
+        one.candidate.effect.equation,
+        judged,
+        _placebo(found, chosen),
+        _further(local, bench, found, probability, chosen) if verdict != "named" else None,
+    )
+
+
+def _further(
+    local: Local, bench: Bench, found: Explained, probability: dict[str, float], chosen: str
+) -> str | None:
+    """The record that would part the likeliest effect from the next."""
+    rest = {k: v for k, v in probability.items() if k in found.effects and k != chosen}
+    if not rest:
+        return None
+    mine, other = found.best_of(chosen), found.best_of(max(rest, key=lambda k: rest[k]))
+    pair = found.listed[mine], found.listed[other]
+    amplitude = float(found.screening.estimate[mine])
+    proposal = next_record(local, bench.programs, pair, amplitude)
+    return None if proposal is None else f"{proposal.words} ({proposal.apart:.1f}; 1.64 parts them)"
+
+
+def _hidden(found: Explained, bench: Bench) -> tuple:
+    """The hidden thing that explains most, and the change of every reading that it makes (n,)."""
+    target, bundle = found.bundles[int(np.argmax(found.bundle))]
+    mean, _ = bundle.amplitudes(found.screening.slope)
+    columns = bundle.columns - len(found.listed)
+    return target, bench.bumps.columns[:, columns] @ mean
+
+
+def _placebo(found: Explained, chosen: str) -> float:
+    """Share of the gain of the chosen effect that one with another trace has, at the median."""
+    screening: Screening = found.screening
+    best = found.best_of(chosen)
+    others = [found.best_of(name) for name in found.effects if name != chosen]
+    apart = [i for i in others if abs(screening.cosines[best, i]) < 0.5]
+    gains = screening.strength**2
+    return float(np.median(gains[apart]) / gains[best]) if apart else 0.0

@@ -1,0 +1,116 @@
+"""What was missing: residuals before and after, what could be told apart, a hidden force."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from matplotlib.figure import Figure
+
+from rigid.plots import metrology
+from rigid.plots.decimate import line_points
+from rigid.plots.style import BLUE, GREY, VERMILION, house_style, new_figure, panel_title
+
+MOST_PANELS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class ResidualShown:
+    """One channel: residuals over what its sheet allows, before and after.
+
+    - `name`; `time` (n,) [s]; `before`, `after` (n,): smoothed over `smoothed` samples.
+    - `stretch` [s]: where the effect shows, or None.
+    """
+
+    name: str
+    time: Float[np.ndarray, " n"]
+    before: Float[np.ndarray, " n"]
+    after: Float[np.ndarray, " n"]
+    smoothed: int
+    stretch: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class HiddenShown:
+    """A hidden force, flow or distortion against what explains it best.
+
+    - `variable`, `variable_unit`, `name`, `unit`. - `place`, `mean`, `sd` (n,).
+    - `formula`: values (n,) of the simplest formula that fits, and its words.
+    """
+
+    variable: str
+    variable_unit: str
+    name: str
+    unit: str
+    place: Float[np.ndarray, " n"]
+    mean: Float[np.ndarray, " n"]
+    sd: Float[np.ndarray, " n"]
+    formula: Float[np.ndarray, " n"]
+    words: str
+
+
+def residuals_figure(shown: Sequence[ResidualShown], simulated: bool) -> Figure:
+    """Residuals of a few channels without and with the effect, in one scale."""
+    shown = shown[:MOST_PANELS]
+    with house_style():
+        figure = new_figure(1.2 + 1.7 * len(shown), simulated)
+        grid = figure.add_gridspec(len(shown), 2)
+        for row, one in enumerate(shown):
+            size = 1.1 * max(float(np.nanmax(np.abs(one.before))), 1e-3)
+            for column, (series, word) in enumerate(((one.before, "before"), (one.after, "after"))):
+                axes = figure.add_subplot(grid[row, column])
+                if one.stretch is not None:
+                    axes.axvspan(*one.stretch, color=GREY, alpha=0.15, linewidth=0)
+                kept = line_points(series)
+                axes.plot(
+                    one.time[kept], series[kept], linewidth=0.8,
+                    color=VERMILION if column == 0 else BLUE,
+                )  # fmt: skip
+                axes.axhline(0.0, color=GREY, linewidth=0.5)
+                axes.set_ylim(-size, size)
+                panel_title(axes, f"{one.name}, {word}")
+                if column == 0:
+                    axes.set_ylabel("residual / sheet")
+                if row == len(shown) - 1:
+                    axes.set_xlabel("time [s]")
+    return figure
+
+
+def matrix_figure(
+    names: Sequence[str], cosines: Float[np.ndarray, "n n"], simulated: bool
+) -> Figure:
+    """Cosines of the traces of all effects: 1 and -1 cannot be told apart by size alone."""
+    with house_style():
+        figure = new_figure(6.4, simulated)
+        axes = figure.add_subplot()
+        image = axes.imshow(cosines, vmin=-1.0, vmax=1.0, cmap="RdBu_r")
+        axes.set_xticks(range(len(names)), names, rotation=90)
+        axes.set_yticks(range(len(names)), names)
+        axes.tick_params(length=0)
+        for i, row in enumerate(cosines):
+            for j, value in enumerate(row):
+                if i != j and abs(value) >= 0.5:
+                    axes.text(
+                        j, i, f"{value:.1f}", ha="center", va="center", fontsize=5,
+                        color="white" if abs(value) > 0.8 else "black",
+                    )  # fmt: skip
+        figure.colorbar(image, ax=axes, shrink=0.7, label="cosine of the traces")
+    return figure
+
+
+def hidden_figure(shown: HiddenShown, simulated: bool) -> Figure:
+    """A hidden force with its band, and the formula."""
+    with house_style():
+        figure = new_figure(2.8, simulated)
+        axes = figure.add_subplot()
+        across, unit_x = metrology.axis(shown.place, shown.variable_unit)
+        up, unit_y = metrology.axis(shown.mean, shown.unit)
+        x, y, sd = shown.place * across, shown.mean * up, shown.sd * up
+        axes.fill_between(x, y - 1.645 * sd, y + 1.645 * sd, color=BLUE, alpha=0.2, linewidth=0)
+        axes.plot(x, y, color=BLUE, label="inferred, with 90 % band")
+        axes.plot(x, shown.formula * up, color=VERMILION, linestyle="--", label=shown.words)
+        axes.axhline(0.0, color=GREY, linewidth=0.5)
+        axes.set_xlabel(f"{shown.variable} [{unit_x}]")
+        axes.set_ylabel(f"{shown.name} [{unit_y}]")
+        axes.legend()
+    return figure

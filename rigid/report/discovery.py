@@ -1,0 +1,114 @@
+"""The section on discovery: its content, through the template, into the folder's page."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from rigid.plots.discovery import (
+    HiddenShown,
+    ResidualShown,
+    hidden_figure,
+    matrix_figure,
+    residuals_figure,
+)
+from rigid.plots.vector import svg
+from rigid.report.figures import Illustration
+from rigid.report.page import Section, rebuild, write_section
+from rigid.report.templating import environment
+
+NAME, ORDER = "discovery", 30
+
+
+@dataclass(frozen=True, eq=False)
+class StepContent:
+    """One turn: sentences and tables of what was found, added and moved.
+
+    - `sentences`. - `odds`: (name, probability, log Bayes factor, how it was found).
+    - `parameters`: (name, unit, q05, median, q95). - `moved`: (name, unit, before, after).
+    - `gaps`: (what, before, after). - `residuals`, `hidden`: for the figures.
+    """
+
+    heading: str
+    sentences: tuple[str, ...]
+    odds: tuple[tuple[str, float, float, str], ...]
+    parameters: tuple[tuple[str, str, float, float, float], ...]
+    moved: tuple[tuple[str, str, float, float], ...]
+    gaps: tuple[tuple[str, str, str], ...]
+    residuals: tuple[ResidualShown, ...]
+    hidden: HiddenShown | None
+
+
+@dataclass(frozen=True, eq=False)
+class DiscoveryContent:
+    """The section, complete.
+
+    - `ruling`: the verdict in a sentence. - `steps`. - `ending`: what is left at the end.
+    - `names`, `cosines` (n, n): what the records can tell apart. - `pairs`: sentences on it.
+    - `rejected`: (effect, why).
+    """
+
+    title: str
+    simulated: bool
+    verdict: str
+    ruling: str
+    steps: tuple[StepContent, ...]
+    ending: tuple[str, ...]
+    names: tuple[str, ...]
+    cosines: Float[np.ndarray, "n n"]
+    pairs: tuple[str, ...]
+    rejected: tuple[tuple[str, str], ...]
+    command: str
+    version: str
+    seed: int
+
+
+def illustrations(number: int, step: StepContent, simulated: bool) -> list[Illustration]:
+    """Figures of one step."""
+    out = []
+    if step.residuals:
+        key = f"fig-discovery-residuals-{number}"
+        caption = (
+            "Residuals over what the sensors' sheets allow, averaged over "
+            f"{step.residuals[0].smoothed} samples, without and with the effect, in one scale. "
+            "Grey: where the effect shows."
+        )
+        drawing = svg(residuals_figure(step.residuals, simulated), key)
+        out.append(Illustration(key, drawing, caption, "Residuals before and after the addition"))
+    if step.hidden is not None:
+        key = f"fig-discovery-hidden-{number}"
+        caption = "What would have to be added to the model for it to explain the records."
+        drawing = svg(hidden_figure(step.hidden, simulated), key)
+        out.append(Illustration(key, drawing, caption, "Inferred hidden quantity"))
+    return out
+
+
+def section(content: DiscoveryContent) -> Section:
+    """The section as HTML; the same content gives the same bytes."""
+    key = "fig-discovery-matrix"
+    matrix = Illustration(
+        key,
+        svg(matrix_figure(content.names, content.cosines, content.simulated), key),
+        "What these records can tell apart, before any of them is looked at: the cosine of the "
+        "traces that two effects leave once everything uncertain has absorbed what its prior lets "
+        "it. Near 1 or -1, one can pass for the other, unless physics forbids the sign.",
+        "Matrix of cosines between the traces of all effects",
+    )
+    figures = [
+        illustrations(i, step, content.simulated) for i, step in enumerate(content.steps, start=1)
+    ]
+    html = (
+        environment()
+        .get_template("discovery.html.j2")
+        .render(
+            content=content, steps=list(zip(content.steps, figures, strict=True)), matrix=matrix
+        )
+    )
+    return Section(NAME, ORDER, "What is missing", html, content.title, content.simulated)
+
+
+def write_report(content: DiscoveryContent, folder: Path) -> Path:
+    """Writes the section and rebuilds `index.html`; returns the path of the page."""
+    write_section(folder, section(content))
+    return rebuild(folder)
