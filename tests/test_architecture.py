@@ -44,7 +44,7 @@ LAYERS = (
     ("alternatives",),
     ("figures",),
     ("present",),
-    ("smoothing",),
+    ("smoothing", "stories"),
     ("bands", "fit"),
 )
 LAYER = {room: number for number, rooms in enumerate(LAYERS) for room in rooms}
