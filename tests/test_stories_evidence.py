@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import logsumexp
 from scipy.stats import norm
-from test_stories import SPEC
+from test_stories import SPEC, printed_as
 
 from rigid.stories.catalogue import CAUSES
 from rigid.stories.evidence import adapted, evidence, resampled
@@ -107,13 +107,6 @@ def test_free_running_density_against_quadrature():
     drawn = common_given(one, "catalogue", np.full(4000, 1e-6), published,
                          np.random.default_rng(1).standard_normal(4000))  # fmt: skip
     assert np.log(drawn).mean() == pytest.approx(mean, abs=4 * 0.3 / np.sqrt(4000))
-
-
-def printed_as(number, value):
-    """The same number printed as another value, read as well in proportion."""
-    share = value / number.value
-    changed = {"value": value, "sd": number.sd * share, "half_width": number.half_width * share}
-    return number.model_copy(update=changed)
 
 
 def test_the_density_of_free_running_integrates_to_one():

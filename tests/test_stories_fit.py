@@ -25,7 +25,7 @@ def made(tmp_path_factory):
     """Folder of a short run of two stories, and what it returned."""
     folder = tmp_path_factory.mktemp("paper")
     with pytest.MonkeyPatch.context() as patch:
-        for name, value in {"FIRST": 512, "SIZE": 64, "MOST_ROUNDS": 3, "KERNELS": 16}.items():
+        for name, value in {"FIRST": 1024, "ROUND": 512, "SIZE": 64, "MOST_ROUNDS": 3}.items():
             patch.setattr(evidence, name, value)
         patch.setattr(inference, "BLOCK", 512)
         patch.setattr(run, "DRAWS", 100)

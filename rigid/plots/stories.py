@@ -4,8 +4,8 @@ Nothing here is measured: bands are computed from posteriors, and numbers that t
 drawn as marks.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from textwrap import fill
 
 import numpy as np
 from jaxtyping import Complex, Float
@@ -60,7 +60,8 @@ class StoriesShown:
     """All that the figures show.
 
     - `time` [s]: of the accelerations; `period` [s], `duration` [s]: as printed.
-    - `path` (roots, m): of eq. (14) as printed while mu grows; `printed_roots`: by name.
+    - `omega_0` [rad/s]: below eq. (14). - `path` (roots, m): of eq. (14) as printed while mu grows;
+      `printed_roots`: by name.
     - `speeds` [m/s]; `borrowed`: (cylinder, speed, p) from the printed kappa and mu.
     - `stroke`: (cylinder, (5, times) [m]) over `run_time` [s].
     """
@@ -69,6 +70,7 @@ class StoriesShown:
     time: Float[np.ndarray, " times"]
     period: float
     duration: float
+    omega_0: float
     path: Complex[np.ndarray, "roots m"]
     printed_roots: tuple[tuple[str, Complex[np.ndarray, " k"]], ...]
     speeds: Float[np.ndarray, " speeds"]
@@ -97,7 +99,7 @@ def evidence_figure(shown: StoriesShown) -> Figure:
         axes.axvline(0.0, color=GREY, linewidth=0.6)
         axes.set_yticks(rows, [s.title for s in shown.stories])
         axes.set_xlabel("ln Bayes factor against one constant μ (bars: 2 Monte Carlo errors)")
-        axes.legend(loc="lower right")
+        axes.legend(loc="lower left")
     return figure
 
 
@@ -106,23 +108,24 @@ def roots_figure(shown: StoriesShown) -> Figure:
     with house_style():
         figure = new_figure(4.6, simulated=False)
         axes = figure.add_subplot()
-        for number, path in enumerate(shown.path):
-            label = "eq. (14), μ from 0 to 10⁷" if number == 0 else None
-            axes.plot(path.real, path.imag, ".", color=GREY, markersize=1.5, label=label)
+        for path in shown.path:
+            axes.plot(np.real(path), np.imag(path), ".", color=GREY, markersize=1.5)
+        axes.plot([], [], color=GREY, label="eq. (14), μ from 0 to 10⁷")
         for (name, roots), marker in zip(shown.printed_roots, "osDv", strict=False):
             axes.plot(
-                roots.real, roots.imag, marker, color="white", markeredgecolor=INK, markersize=6,
-                label=name, zorder=6,
+                np.real(roots), np.imag(roots), marker, color="white", markeredgecolor=INK,
+                markersize=6, label=name, zorder=6,
             )  # fmt: skip
         for colour, story in zip(COLOURS, shown.stories, strict=False):
             axes.plot(
-                story.root.real, story.root.imag, ".", color=colour, markersize=2, alpha=0.5,
-                rasterized=True,
+                np.real(story.root), np.imag(story.root), ".", color=colour, markersize=2,
+                alpha=0.5, rasterized=True,
             )  # fmt: skip
             axes.plot([], [], ".", color=colour, label=story.title)
-        axes.set(xlim=(0.3, 1.5), ylim=(-0.01, 0.3))
+        axes.set(xlim=(0.55, 1.2), ylim=(-0.01, 0.25))
         axes.set(xlabel="Re y = Re ω/ω₀ [1]", ylabel="Im y [1]")
-        low, high = (2 * np.pi / (634.0 * t) for t in (1.05 * shown.period, 0.95 * shown.period))
+        middle = 2 * np.pi / (shown.omega_0 * shown.period)
+        low, high = middle / 1.05, middle / 0.95
         axes.axvspan(low, high, color=GREEN, alpha=0.12, linewidth=0, label="10 ms ± 5 %")
         axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), borderaxespad=0)
         panel_title(axes, f"Posterior draws of the strongest oscillation ({COMPUTED})")
@@ -139,7 +142,7 @@ def release_figure(shown: StoriesShown) -> Figure:
         for colour, axes, story in zip(COLOURS, panels, shown.stories, strict=False):
             _banded(axes, shown.time * 1e3, story.acceleration, colour)
             for k in range(4):
-                axes.axvline(k * shown.period * 1e3, color=GREEN, linewidth=0.6, linestyle=":")
+                axes.axvline(k * shown.period * 1e3, color=GREY, linewidth=0.7, linestyle=":")
             axes.axvline(shown.duration * 1e3, color=VERMILION, linewidth=0.8, linestyle="--")
             panel_title(axes, story.title)
         for axes in panels[len(shown.stories) :]:
@@ -171,7 +174,7 @@ def running_figure(shown: StoriesShown) -> Figure:
                 _banded(axes, shown.speeds * 1e3, band * 1e-5, colour)
             for colour, (_, speed, pressure) in zip((BLUE, VERMILION), shown.borrowed, strict=True):
                 axes.plot(speed * 1e3, pressure * 1e-5, "o", color=colour, markeredgecolor="white")
-            axes.set_title(cause.title, loc="left", fontsize=7.5, wrap=True)
+            axes.set_title(fill(cause.title, 26), loc="left", fontsize=7.5)
             axes.set(xlim=(0, shown.speeds[-1] * 1e3), xlabel="speed [mm/s]")
             if column:
                 axes.tick_params(labelleft=False)
@@ -182,7 +185,7 @@ def running_figure(shown: StoriesShown) -> Figure:
     return figure
 
 
-def _banded(axes: Axes, x: np.ndarray, band: Sequence[np.ndarray], colour: str) -> None:
+def _banded(axes: Axes, x: np.ndarray, band: np.ndarray, colour: str) -> None:
     q05, q25, median, q75, q95 = band
     axes.fill_between(x, q05, q95, color=colour, alpha=0.2, linewidth=0)
     axes.fill_between(x, q25, q75, color=colour, alpha=0.38, linewidth=0)

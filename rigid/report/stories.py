@@ -21,12 +21,12 @@ NAME, ORDER = "stories", 12
 
 @dataclass(frozen=True)
 class StoryRow:
-    """One story: words, and by prior what was found, as texts in the order of the heads."""
+    """One story or cause in words; `needs`: its own numbers given what is printed."""
 
     title: str
     assumes: str
+    needs: tuple[str, ...]
     decides: str
-    cells: tuple[tuple[str, ...], ...]
 
 
 @dataclass(frozen=True)
@@ -42,12 +42,15 @@ class PrintedRow:
 
 @dataclass(frozen=True, eq=False)
 class StoriesContent:
-    """The section, complete. `tables`: (heading, heads, rows) of evidence by prior or reading."""
+    """The section, complete.
+
+    `says`: in short. `tables`: (heading, heads, rows) of evidence by prior or reading.
+    """
 
     title: str
     usable: bool
     checks: tuple[Check, ...]
-    priors: tuple[str, ...]
+    says: tuple[str, ...]
     printed: tuple[PrintedRow, ...]
     stories: tuple[StoryRow, ...]
     causes: tuple[StoryRow, ...]

@@ -1,14 +1,16 @@
 """Evidence and posterior by weighted points: quasi-random ones of the prior, then adapted ones.
 
 A story has some ten numbers and costs an eigenvalue problem. Points of the prior (scrambled Sobol
-sets) find where the likelihood is; a mixture of Gaussian kernels is laid over what they weigh,
-tempered at first, for all questions that will be asked alike; and the last points are drawn from
-that mixture and, for one in five, from the prior itself, which bounds every weight. Nothing moves
-by small steps: where a posterior has several modes each gets its share. The last points come in
-independent blocks; the scatter between blocks is the Monte Carlo error.
+sets) find where the likelihood is; a mixture of Gaussians is fitted to what they weigh, for each of
+the questions that will be asked alike, tempered where too few points count; points drawn from it
+improve it, round after round; and the last points are drawn from that mixture and, for one in five,
+from the prior itself, which bounds every weight. Nothing moves by small steps: where a posterior
+has several modes each gets its share. The last points come in independent blocks; the scatter
+between blocks is the Monte Carlo error.
 
-Sources: Cappe, Guillin, Marin and Robert 2004, J. Comput. Graph. Stat. 13(4) (population Monte
-Carlo); Hesterberg 1995, Technometrics 37(2) (defensive mixtures).
+Sources: Cappe, Douc, Guillin, Marin and Robert 2008, Stat. Comput. 18, 447 (mixtures fitted to
+weighted points); Hesterberg 1995, Technometrics 37(2) (defensive mixtures); Fraley and Raftery
+2007, J. Classif. 24, 155 (expectation and maximisation with covariances held by a prior).
 """
 
 from collections.abc import Callable
@@ -20,20 +22,30 @@ from scipy.special import logsumexp, ndtri
 from scipy.stats import qmc
 
 BLOCKS = 16
-SIZE = 1024
+SIZE = 2048
 """Of one block of last points, a power of two."""
 
-FIRST = 4096
+FIRST = 2**15
+ROUND = 2**14
 MOST_ROUNDS = 12
-KERNELS = 64
-"""For each question."""
+"""Points of the prior, points of a round, and how many rounds at most."""
+
+PARTS, SWEEPS, LEARNED = 6, 20, 2048
+"""Gaussians for each question, sweeps of their fit, and points that it sees."""
+
+FIRM, NARROW, WIDER = 10.0, 0.3, 1.1
+"""A Gaussian's covariance is held by d + FIRM points that scatter with NARROW of the overall
+covariance, and is then made WIDER, since too narrow a proposal costs more than too wide a one."""
 
 DEFENSIVE = 0.2
 ENOUGH = 150.0
-"""Effective points that kernels are laid over; a likelihood is tempered until it leaves as many."""
+"""Effective points that a fit needs; a likelihood is tempered until it leaves as many."""
 
-LEAST_SPREAD = 0.05
-"""Of a kernel, in prior standard deviations; the narrowest law here is that of k_LC, about 0.15."""
+PLENTY = 500.0
+"""Effective points of every question that end the rounds."""
+
+JITTER = 0.02
+"""By which points that were picked twice come apart, in prior standard deviations."""
 
 
 class Evidence(NamedTuple):
@@ -58,14 +70,16 @@ class Points(NamedTuple):
     log_ratio: Float[np.ndarray, " n"]
 
 
-class Kernels(NamedTuple):
-    """A mixture of Gaussians alike in weight, those of one question alike in shape.
+class Mixtures(NamedTuple):
+    """A mixture of Gaussians for each question.
 
-    - `centres` (questions, k, d). - `factors` (questions, d, d): lower Cholesky factors.
+    - `shares` (questions, k). - `centres` (questions, k, d).
+    - `factors` (questions, k, d, d): lower Cholesky factors.
     """
 
+    shares: Float[np.ndarray, "questions k"]
     centres: Float[np.ndarray, "questions k d"]
-    factors: Float[np.ndarray, "questions d d"]
+    factors: Float[np.ndarray, "questions k d d"]
 
 
 Questions = Callable[[np.ndarray], np.ndarray]
@@ -86,18 +100,17 @@ def adapted(questions: Questions, dimension: int, seed: int) -> Points:
     cloud = Points(z, np.zeros(len(z)))
     for _ in range(MOST_ROUNDS):
         answers = questions(cloud.z)
-        weights = [answer * tempered(answer, cloud.log_ratio) for answer in answers]
-        done = all(np.array_equal(w, a) for w, a in zip(weights, answers, strict=True))
-        kernels = laid(cloud, np.stack(weights) + cloud.log_ratio, rng)
-        if done:
+        mixtures = laid(cloud, answers, rng)
+        if min(effective(a + cloud.log_ratio) for a in answers) >= PLENTY:
             break
-        cloud = drawn(kernels, FIRST, rng)
-    return drawn(kernels, BLOCKS * SIZE, rng)
+        cloud = drawn(mixtures, ROUND, rng)
+    return drawn(mixtures, BLOCKS * SIZE, rng)
 
 
 def effective(log_weight: Float[np.ndarray, " n"]) -> float:
     """Effective number of weighted points, (sum w)^2 / sum w^2."""
-    return float(np.exp(2.0 * logsumexp(log_weight) - logsumexp(2.0 * log_weight)))
+    weight = np.exp(log_weight - np.max(log_weight))
+    return float(np.sum(weight) ** 2 / np.sum(weight**2))
 
 
 def tempered(answer: np.ndarray, log_ratio: np.ndarray) -> float:
@@ -112,40 +125,58 @@ def tempered(answer: np.ndarray, log_ratio: np.ndarray) -> float:
     return low
 
 
-def laid(cloud: Points, log_weights: np.ndarray, rng: np.random.Generator) -> Kernels:
-    """Lay kernels over the points as each question weighs them (questions, n)."""
-    d = cloud.z.shape[1]
-    width = (4.0 / (KERNELS * (d + 2.0))) ** (1.0 / (d + 4.0))  # Silverman 1986, eq. (4.14)
-    centres, factors = [], []
-    for weight in log_weights:
-        centres.append(cloud.z[resampled(weight, KERNELS, rng)])
-        share = np.exp(weight - logsumexp(weight))
-        off = cloud.z - share @ cloud.z
-        spread = (off * share[:, None]).T @ off
-        factors.append(np.linalg.cholesky(width**2 * spread + LEAST_SPREAD**2 * np.eye(d)))
-    return Kernels(np.stack(centres), np.stack(factors))
+def laid(cloud: Points, answers: np.ndarray, rng: np.random.Generator) -> Mixtures:
+    """Fit a mixture to the points as each question (questions, n) weighs them."""
+    found = []
+    for answer in answers:
+        weight = answer * tempered(answer, cloud.log_ratio) + cloud.log_ratio
+        picked = cloud.z[resampled(weight, LEARNED, rng)]
+        found.append(fitted(picked + JITTER * rng.standard_normal(picked.shape), rng))
+    return Mixtures(*(np.stack(parts) for parts in zip(*found, strict=True)))
 
 
-def drawn(kernels: Kernels, count: int, rng: np.random.Generator) -> Points:
-    """Draw points from the kernels and, for a share `DEFENSIVE`, from the prior."""
-    questions, k, d = kernels.centres.shape
+def fitted(z: Float[np.ndarray, "n d"], rng: np.random.Generator) -> tuple[np.ndarray, ...]:
+    """Shares, centres and Cholesky factors of Gaussians fitted to points."""
+    n, d = z.shape
+    held = (d + FIRM) * NARROW * (np.cov(z.T).reshape(d, d) + JITTER**2 * np.eye(d))
+    shares, centres = np.full(PARTS, 1.0 / PARTS), z[rng.choice(n, PARTS, replace=False)]
+    factors = np.linalg.cholesky(np.tile(held / (d + FIRM), (PARTS, 1, 1)))
+    for _ in range(SWEEPS):
+        heights = np.log(shares)[:, None] + _heights(centres, factors, z)
+        member = np.exp(heights - logsumexp(heights, axis=0))
+        count = member.sum(axis=1)
+        shares = np.maximum(count / n, 1e-3)
+        shares = shares / shares.sum()
+        centres = member @ z / np.maximum(count, 1e-9)[:, None]
+        off = z - centres[:, None]
+        scatter = np.swapaxes(member[..., None] * off, 1, 2) @ off
+        covariance = (scatter + held) / (count + d + FIRM)[:, None, None]
+        factors = np.linalg.cholesky(WIDER * covariance)
+    return shares, centres, factors
+
+
+def drawn(mixtures: Mixtures, count: int, rng: np.random.Generator) -> Points:
+    """Draw points from the mixtures and, for a share `DEFENSIVE`, from the prior."""
+    questions, parts, d = mixtures.centres.shape
+    weights = (mixtures.shares / questions).ravel()
+    centres, factors = mixtures.centres.reshape(-1, d), mixtures.factors.reshape(-1, d, d)
     z = rng.standard_normal((count, d))
-    which, centre = rng.integers(questions, size=count), rng.integers(k, size=count)
-    moved = kernels.centres[which, centre] + np.einsum("nij,nj->ni", kernels.factors[which], z)
+    part = rng.choice(questions * parts, size=count, p=weights)
+    moved = centres[part] + np.einsum("nij,nj->ni", factors[part], z)
     z = np.where(rng.random(count)[:, None] < DEFENSIVE, z, moved)
     prior = -0.5 * np.sum(z**2, axis=1)
-    parts = [_height(c, f, z) for c, f in zip(kernels.centres, kernels.factors, strict=True)]
-    mixed = logsumexp(np.stack(parts), axis=0) + np.log1p(-DEFENSIVE) - np.log(questions)
+    heights = _heights(centres, factors, z) + np.log(weights)[:, None]
+    mixed = logsumexp(heights, axis=0) + np.log1p(-DEFENSIVE)
     return Points(z, prior - np.logaddexp(mixed, prior + np.log(DEFENSIVE)))
 
 
-def _height(centres: np.ndarray, factor: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Log density at z (n, d) of Gaussians about centres (k, d), but for (2 pi)^(d/2)."""
-    inverse = np.linalg.inv(factor)
-    white, around = z @ inverse.T, centres @ inverse.T
-    squares = np.sum(white**2, axis=1)[:, None] - 2.0 * white @ around.T + np.sum(around**2, axis=1)
-    height = -np.log(len(centres)) - np.log(np.diagonal(factor)).sum()
-    return logsumexp(-0.5 * np.maximum(squares, 0.0), axis=1) + height
+def _heights(centres: np.ndarray, factors: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Log densities (k, n) at z (n, d) of Gaussians, but for (2 pi)^(d/2)."""
+    out = np.empty((len(centres), len(z)))
+    for row, centre, factor in zip(out, centres, factors, strict=True):
+        white = np.linalg.solve(factor, (z - centre).T)
+        row[:] = -0.5 * np.sum(white**2, axis=0) - np.log(np.diagonal(factor)).sum()
+    return out
 
 
 def evidence(log_weight: Float[np.ndarray, " n"], blocks: int = BLOCKS) -> Evidence:
@@ -161,11 +192,6 @@ def evidence(log_weight: Float[np.ndarray, " n"], blocks: int = BLOCKS) -> Evide
     return Evidence(total, error, effective(log_weight))
 
 
-def ratio_error(first: Evidence, second: Evidence) -> float:
-    """Standard error of the log of the ratio of two evidences."""
-    return float(np.hypot(first.error, second.error))
-
-
 def resampled(
     log_weight: Float[np.ndarray, " n"], count: int, rng: np.random.Generator
 ) -> np.ndarray:
@@ -177,13 +203,3 @@ def resampled(
     edges = np.cumsum(weight) / weight.sum()
     marks = (rng.random() + np.arange(count)) / count
     return rng.permutation(np.minimum(np.searchsorted(edges, marks), len(weight) - 1))
-
-
-def weighted_quantile(
-    values: Float[np.ndarray, " n"], log_weight: Float[np.ndarray, " n"], shares: tuple[float, ...]
-) -> np.ndarray:
-    """Quantiles of weighted points."""
-    order = np.argsort(values)
-    weight = np.exp(log_weight[order] - log_weight.max())
-    middle = (np.cumsum(weight) - 0.5 * weight) / weight.sum()
-    return np.interp(shares, middle, values[order])

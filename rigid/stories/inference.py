@@ -6,27 +6,27 @@ import numpy as np
 from jaxtyping import Float
 from scipy.special import logsumexp
 
-from rigid.priors import Lognormal, Normal, Uniform
 from rigid.spec import Spec
 from rigid.stories import quantities as q
 from rigid.stories.catalogue import CAUSES
 from rigid.stories.evidence import Evidence, Points, adapted, evidence
-from rigid.stories.printed import log_probability
+from rigid.stories.printed import BLUNDER, log_probability
+from rigid.stories.quantities import Values
 from rigid.stories.running import log_density
-from rigid.stories.story import PRIOR_SETS, Quantity, Story, Values
+from rigid.stories.story import PRIOR_SETS, Quantity, Story, lognormal, normal, uniform
 
 BLOCK = 2048
 """Points of one compiled program."""
 
 NUISANCES = (
     Quantity("k_LC", r"k_\mathrm{LC}", "N/m", {
-        "catalogue": Lognormal(6e7, 2.0), "indifferent": Lognormal(6e7, 4.0),
+        "catalogue": lognormal(6e7, 2.0), "indifferent": lognormal(6e7, 4.0),
     }),
     Quantity("visible_share", r"\theta", "1", {
-        "catalogue": Lognormal(0.05, 1.6), "indifferent": Lognormal(0.05, 1.6),
+        "catalogue": lognormal(0.05, 1.6), "indifferent": lognormal(0.05, 1.6),
     }),
     Quantity("first_peak", "h", "1", {
-        "catalogue": Uniform(0.0, 1.0), "indifferent": Uniform(0.0, 1.0),
+        "catalogue": uniform(0.0, 1.0), "indifferent": uniform(0.0, 1.0),
     }),
 )  # fmt: skip
 """Open in every story: k_LC; below which share of its peak an oscillation is seen no more; and how
@@ -42,15 +42,39 @@ CONSTANTS = (
 )
 """Of the rig, each with the spread of the spec's [rig]."""
 
+
+@dataclass(frozen=True)
+class Reading:
+    """How the text may be read.
+
+    - `widened`: factor on the half-widths of the release. - `offset` [m]: still inside the stroke.
+    - `beams`: per cylinder (docs/errata.md, eqs. (15) and (16)).
+    - `slip`: probability that a number stands for a reason that is not the rig.
+    - `holds`: whether the oil must stay above vacuum.
+    """
+
+    widened: float = 1.0
+    offset: float = 0.0
+    beams: float = 2.0
+    slip: float = BLUNDER
+    holds: bool = False
+
+
 READINGS = {
-    "as printed": (1.0, 0.0, 2.0),
-    "'about' means twice as wide": (2.0, 0.0, 2.0),
-    "both cylinders on two beams": (1.0, 0.0, 1.0),
-    "offset still inside": (1.0, 1e-3, 2.0),
-    "offset still inside, both cylinders on two beams": (1.0, 1e-3, 1.0),
+    "as printed": Reading(),
+    "'about' means twice as wide": Reading(widened=2.0),
+    "both cylinders on two beams": Reading(beams=1.0),
+    "offset still inside": Reading(offset=1e-3),
+    "offset still inside, both cylinders on two beams": Reading(offset=1e-3, beams=1.0),
+    "a slip is one in a million": Reading(slip=1e-6),
+    "the oil stays above vacuum": Reading(holds=True),
 }
-"""How the text may be read: factor on the half-widths of the release, offset to take off the
-stroke [m], beams per cylinder (docs/errata.md, eqs. (15) and (16))."""
+
+VACUUM = -1.013e5
+"""Pa gauge: oil cannot be pulled further without opening."""
+
+OPENED = -700.0
+"""Log probability of a motion under which oil would open, where it must not: as good as none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +83,7 @@ class Weighed:
 
     - `values`: SI by label, (n,). - `shown`: what the rig shows of each printed number, (n,).
     - `friction` [N s/m]: in steady running. - `response`: of the release.
+    - `least` [Pa]: least oil pressure of the release.
     - `release`: log probability of the four printed numbers of frame and release, by reading.
     - `causes`: log density of the two numbers of free running, by cause.
     - `log_ratio`: what makes the points speak for the prior, see `Points`.
@@ -70,6 +95,7 @@ class Weighed:
     shown: dict[str, np.ndarray]
     friction: np.ndarray
     response: q.Response
+    least: np.ndarray
     release: dict[str, np.ndarray]
     causes: dict[str, np.ndarray]
     log_ratio: np.ndarray | float = 0.0
@@ -105,7 +131,7 @@ class Weighed:
 def open_quantities(story: Story, spec: Spec) -> tuple[Quantity, ...]:
     """All that a story leaves open: its own, the nuisances, and the constants of the rig."""
     known = [
-        Quantity(name, symbol, unit, dict.fromkeys(PRIOR_SETS, Normal(k.value, k.sd)))
+        Quantity(name, symbol, unit, dict.fromkeys(PRIOR_SETS, normal(k.value, k.sd)))
         for name, symbol, unit in CONSTANTS
         for k in (spec.rig.known[name],)
     ]
@@ -131,7 +157,9 @@ def values_at(
         one.label: np.asarray(one.laws[prior].from_standard(z[:, i]))
         for i, one in enumerate(opened)
     }
-    return out | {"S_Pl": np.full(len(z), spec.rig.S_Pl.value)}
+    assert spec.published is not None  # the caller has looked
+    certain = {"S_Pl": spec.rig.S_Pl.value, "preload": spec.published.preload}
+    return out | {name: np.full(len(z), value) for name, value in certain.items()}
 
 
 def weighed_at(story: Story, prior: str, values: Values, spec: Spec) -> Weighed:
@@ -147,10 +175,12 @@ def weighed_at(story: Story, prior: str, values: Values, spec: Spec) -> Weighed:
             "release_duration": seen + values["first_peak"] * period,
             "release_oscillations": seen / period,
         }
-    friction = story.slow(values)
+    friction, least = story.slow(values), q.least_pressure(found)
+    opened = np.where(least < VACUUM, OPENED, 0.0)
     return Weighed(
-        story, prior, values, shown, friction, found,
-        {name: _release(shown, values, name, spec) for name in READINGS},
+        story, prior, values, shown, friction, found, least,
+        {name: _release(shown, values, reading, spec) + reading.holds * opened
+         for name, reading in READINGS.items()},
         {c.key: log_density(c, prior, friction, published) for c in CAUSES},
     )  # fmt: skip
 
@@ -165,13 +195,16 @@ def _responses(story: Story, values: Values) -> q.Response:
     return q.Response(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
 
 
-def _release(shown: dict[str, np.ndarray], values: Values, reading: str, spec: Spec) -> np.ndarray:
+def _release(
+    shown: dict[str, np.ndarray], values: Values, reading: Reading, spec: Spec
+) -> np.ndarray:
     """Log probability of the four numbers under one reading of the text."""
     published = spec.published
     assert published is not None
-    widened, offset, beams = READINGS[reading]
-    softer = published.frame_load / values["k_frame"] * (2.0 / beams - 1.0)
-    total = log_probability(published.frame_stroke, shown["frame_stroke"] + softer + offset)
+    softer = published.frame_load / values["k_frame"] * (2.0 / reading.beams - 1.0)
+    stroke = shown["frame_stroke"] + softer + reading.offset
+    total = log_probability(published.frame_stroke, stroke, 1.0, reading.slip)
     for name in ("release_period", "release_duration", "release_oscillations"):
-        total = total + log_probability(getattr(published, name), shown[name], widened)
+        number = getattr(published, name)
+        total = total + log_probability(number, shown[name], reading.widened, reading.slip)
     return total

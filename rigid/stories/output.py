@@ -194,10 +194,10 @@ def table(found: Findings) -> str:
                 f"{told.story.title:34}{value:8.2f}{error:6.2f}{period:9.2f}{fall:10.1f}"
                 f"{least:15.1f}{told.held:14.3f}"
             )
-    lines.append("ln B: log Bayes factor against 'One constant μ'; +-: its Monte Carlo error")
+    lines.append("ln B: log Bayes factor against one constant μ; +-: its Monte Carlo error")
     for prior in PRIOR_SETS:
-        lines.append(f"{prior + ' prior, causes':34}" + "ln evidence of both S p / v")
-        told = found.of(prior)[-1]
+        lines.append(f"{prior + ' prior, causes':50}{'ln of both S p / v':>8}")
+        told = found.told[prior, REFERENCE]
         for cause in CAUSES:
             one = told.pairs[cause.key]
             lines.append(f"{cause.title:50}{one.log - told.release.log:8.2f}{one.error:6.2f}")

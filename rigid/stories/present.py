@@ -9,12 +9,12 @@ from rigid.report.content import Check
 from rigid.report.stories import PrintedRow, StoriesContent, StoryRow
 from rigid.spec import Printed, Spec
 from rigid.stories.catalogue import AREA, CAUSES, TRANSFER
-from rigid.stories.inference import READINGS
-from rigid.stories.output import checks, factors
+from rigid.stories.output import REFERENCE, checks, factors
 from rigid.stories.quantities import running_speed
 from rigid.stories.run import TIME, Findings, Told
 from rigid.stories.running import common_given, sliding_force
 from rigid.stories.story import PRIOR_SETS
+from rigid.stories.tables import cause_needs, in_short, needs, tables
 
 PERCENTS = (5, 25, 50, 75, 95)
 FIGURE_PRIOR = PRIOR_SETS[0]
@@ -24,7 +24,7 @@ RUN_TIME = np.linspace(0.0, 10.0, 101)
 SPEEDS = np.linspace(5e-4, 15e-3, 59)
 """s and m/s of the drawn free runs."""
 
-SHOWN_DRAWS = 400
+SHOWN_DRAWS = 250
 """Roots drawn for each story."""
 
 TYPICAL_FRICTION = 3e4
@@ -46,15 +46,18 @@ PRINTED_NAMES = {
 def content(spec: Spec, found: Findings) -> StoriesContent:
     """Gather the section."""
     stories = tuple(
-        StoryRow(t.story.title, t.story.assumes, t.story.decides, ())
+        StoryRow(t.story.title, t.story.assumes, needs(t), t.story.decides)
         for t in found.of(FIGURE_PRIOR)
     )
-    causes = tuple(StoryRow(c.title, c.assumes, c.decides, ()) for c in CAUSES)
+    told = found.told[FIGURE_PRIOR, REFERENCE]
+    causes = tuple(
+        StoryRow(c.title, c.assumes, cause_needs(i, told), c.decides) for i, c in enumerate(CAUSES)
+    )
     return StoriesContent(
         title=spec.title or spec.path.stem,
         usable=found.usable,
         checks=tuple(Check(c["name"], c["ok"], c["says"]) for c in checks(found)),
-        priors=PRIOR_SETS,
+        says=in_short(found, spec),
         printed=tuple(_printed(name, spec) for name in PRINTED_NAMES),
         stories=stories,
         causes=causes,
@@ -69,49 +72,11 @@ def content(spec: Spec, found: Findings) -> StoriesContent:
 def _printed(name: str, spec: Spec) -> PrintedRow:
     title, factor, unit = PRINTED_NAMES[name]
     number: Printed = getattr(spec.published, name)
-    rounding, reading = number.half_width * factor, number.sd * factor
-    allows = f"rounding ± {rounding:g} {unit}, reading {reading:g} {unit} (1 sd)"
+    rounding = f"{number.half_width * factor:g} {unit}".strip()
+    reading = f"{number.sd * factor:g} {unit}".strip()
+    allows = f"rounding ± {rounding}, reading {reading} (1 sd)"
     value = f"{number.value * factor:g} {unit}".strip()
     return PrintedRow(title, value, allows, number.place, number.why)
-
-
-def tables(found: Findings) -> tuple:
-    """Evidence by prior, by reading of the text, and of pairs with causes of free running."""
-    out = []
-    for prior in PRIOR_SETS:
-        against = factors(found, prior)
-        heads = ("Story", "ln B", "± Monte Carlo", "period [ms], 90 %", "falls by e in [ms], 90 %",
-                 "oil above vacuum")  # fmt: skip
-        rows = tuple(
-            (
-                t.story.title, f"{against[t.story.key][0]:.2f}", f"{against[t.story.key][1]:.2f}",
-                _range(t.draws["period"] * 1e3, 1), _range(t.draws["e_folding"] * 1e3, 1),
-                f"{t.held:.0%}",
-            )
-            for t in found.of(prior)
-        )  # fmt: skip
-        out.append((f"Under the {prior} prior, against one constant μ", heads, rows))
-    base = {p: found.told[p, "constant"] for p in PRIOR_SETS}
-    heads = ("Story", *READINGS)
-    rows = tuple(
-        (t.story.title, *(f"{t.readings[r].log - base[FIGURE_PRIOR].readings[r].log:.2f}"
-                          for r in READINGS))
-        for t in found.of(FIGURE_PRIOR)
-    )  # fmt: skip
-    out.append((f"ln B by reading of the text, {FIGURE_PRIOR} prior", heads, rows))
-    for prior in PRIOR_SETS:
-        rows = tuple(
-            (t.story.title, *(f"{t.pairs[c.key].log - t.release.log:.2f}" for c in CAUSES))
-            for t in found.of(prior)
-        )
-        heads = ("Story of the release", *(c.title for c in CAUSES))
-        out.append((f"ln density of both S p / v by cause, {prior} prior", heads, rows))
-    return tuple(out)
-
-
-def _range(values: np.ndarray, digits: int) -> str:
-    low, middle, high = np.quantile(values, (0.05, 0.5, 0.95))
-    return f"{middle:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
 
 
 def shown(spec: Spec, found: Findings) -> StoriesShown:
@@ -132,6 +97,7 @@ def shown(spec: Spec, found: Findings) -> StoriesShown:
         time=TIME,
         period=published.release_period.value,
         duration=published.release_duration.value,
+        omega_0=scaled.omega_0,
         path=path,
         printed_roots=(("μ = 0", at(0.0)), ("3.7·10³, eq. (17)", at(3.7e3)),
                        ("1.35·10⁶, eq. (18)", at(1.35e6)), ("4.46·10⁶, eq. (18)", at(4.46e6))),

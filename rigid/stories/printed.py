@@ -13,12 +13,15 @@ docs/errata.md finds about a dozen such slips in the paper."""
 
 
 def log_probability(
-    printed: Printed, shown: Float[np.ndarray, " n"], widened: float = 1.0
+    printed: Printed,
+    shown: Float[np.ndarray, " n"],
+    widened: float = 1.0,
+    slip: float = BLUNDER,
 ) -> Float[np.ndarray, " n"]:
     """Log probability of the print, (n,).
 
     - `shown`: what the rig would show, SI; not finite where it shows nothing.
-    - `widened`: factor on the half-width.
+    - `widened`: factor on the half-width. - `slip`: in place of `BLUNDER`.
     """
     finite = np.isfinite(shown)
     off = (printed.value - np.where(finite, shown, 0.0)) / printed.sd
@@ -26,4 +29,4 @@ def log_probability(
     off = np.abs(off)
     upper, lower = log_ndtr(half - off), log_ndtr(-half - off)
     within = upper + np.log1p(-np.exp(np.minimum(lower - upper, -1e-300)))
-    return np.logaddexp(np.log1p(-BLUNDER) + np.where(finite, within, -np.inf), np.log(BLUNDER))
+    return np.logaddexp(np.log1p(-slip) + np.where(finite, within, -np.inf), np.log(slip))

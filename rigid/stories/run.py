@@ -6,19 +6,17 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from rigid.characteristic import PUBLISHED_RIG, dimensionless
 from rigid.spec import PublishedSpec, Spec
 from rigid.stories import quantities as q
 from rigid.stories.catalogue import CAUSES, STORIES
 from rigid.stories.evidence import Evidence, resampled
-from rigid.stories.inference import READINGS, Weighed, open_quantities, weigh
+from rigid.stories.inference import READINGS, VACUUM, Weighed, open_quantities, weigh
 from rigid.stories.running import common_given
 from rigid.stories.story import PRIOR_SETS, Story
 
 DRAWS = 2000
 """Of each story under each prior."""
-
-VACUUM = -1.013e5
-"""Pa gauge: oil cannot be pulled further without opening."""
 
 LEAST_EFFECTIVE = 100.0
 """Points that must count in an evidence for it to be quoted."""
@@ -36,7 +34,7 @@ class Told:
 
     - `all_six`, `release`: evidence of all numbers, and of frame and release alone.
     - `pairs`: of all with one cause of free running. - `readings`: of all, by reading of the text.
-    - `units`, `symbols`: by label. - `draws`: (DRAWS,) by label, SI.
+    - `units`: by label. - `draws`: (DRAWS,) by label, SI.
     - `cause`: index of the cause in each draw; `common`: its common number (NaN without one).
     - `root`: complex omega/omega_0 of the strongest oscillation, omega_0 as below eq. (14).
     - `acceleration` [m/s^2]: 5, 25, 50, 75, 95 % quantiles at TIME, (5, times).
@@ -51,7 +49,6 @@ class Told:
     pairs: dict[str, Evidence]
     readings: dict[str, Evidence]
     units: dict[str, str]
-    symbols: dict[str, str]
     draws: dict[str, Float[np.ndarray, " n"]]
     cause: np.ndarray
     common: Float[np.ndarray, " n"]
@@ -60,12 +57,6 @@ class Told:
     causes: dict[str, float]
     branches: dict[str, float]
     held: float
-
-    @property
-    def log_held(self) -> float:
-        """Log evidence of all six numbers and of oil that stays above vacuum."""
-        with np.errstate(divide="ignore"):
-            return float(self.all_six.log + np.log(self.held))
 
 
 @dataclass(frozen=True)
@@ -102,6 +93,12 @@ def run(spec: Spec, seed: int, progress: Callable[[str], None]) -> Findings:
     return Findings(told, seed)
 
 
+def held(found: Weighed) -> float:
+    """Share of the posterior whose oil stays above vacuum, of all weighted points."""
+    weight = np.exp(found.log_weight() - found.log_weight().max())
+    return float(np.sum(weight * (found.least > VACUUM)) / np.sum(weight))
+
+
 def tell(found: Weighed, spec: Spec, rng: np.random.Generator) -> Told:
     """Work out of weighted points what is reported."""
     assert spec.published is not None
@@ -112,11 +109,11 @@ def tell(found: Weighed, spec: Spec, rng: np.random.Generator) -> Told:
     draws |= {
         "period": found.shown["release_period"][picked],
         "e_folding": q.e_folding(response),
-        "p_least": q.least_pressure(response),
+        "p_least": found.least[picked],
     }
     cause = _causes(found, picked, rng)
     shares = np.bincount(cause, minlength=len(CAUSES)) / DRAWS
-    omega_0 = np.sqrt(2e9 * 44.2e-4 / 0.2 / 110.0)
+    omega_0 = dimensionless(PUBLISHED_RIG, 0.0).omega_0
     best = q.strongest(response)
     units = {one.label: one.unit for one in opened} | UNITS
     return Told(
@@ -127,7 +124,6 @@ def tell(found: Weighed, spec: Spec, rng: np.random.Generator) -> Told:
         pairs={c.key: found.pair_evidence(c.key) for c in CAUSES},
         readings={name: found.evidence(name) for name in READINGS},
         units=units,
-        symbols={one.label: one.symbol for one in opened} | SYMBOLS,
         draws=draws,
         cause=cause,
         common=_common(found, picked, cause, spec.published, rng),
@@ -138,13 +134,12 @@ def tell(found: Weighed, spec: Spec, rng: np.random.Generator) -> Told:
             name: float(np.mean((draws["mu"] >= low) & (draws["mu"] < high)))
             for name, (low, high) in BRANCHES.items()
         },
-        held=float(np.mean(draws["p_least"] > VACUUM)),
+        held=held(found),
     )
 
 
 UNITS = {"period": "s", "e_folding": "s", "p_least": "Pa"}
-SYMBOLS = {"period": "T", "e_folding": r"\tau", "p_least": r"p_\mathrm{least}"}
-"""What the draws show beside the open numbers."""
+"""Of what the draws show beside the open numbers."""
 
 
 def _causes(found: Weighed, picked: np.ndarray, rng: np.random.Generator) -> np.ndarray:

@@ -5,13 +5,31 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rigid.priors import AbstractLaw
+from rigid.priors import AbstractLaw, make_law
 from rigid.stories.quantities import Effects, Response, Values, response
 
 PRIOR_SETS = ("catalogue", "indifferent")
 """The two stated priors: the laws of the catalogue and of the paper; all orders alike."""
 
-PRELOAD = 6e3  # N; paper, text on fig. 7
+
+def lognormal(median: float, factor: float) -> AbstractLaw:
+    """Median and factor of one standard deviation."""
+    return make_law("lognormal", {"median": median, "factor": factor}, "stories")
+
+
+def normal(mean: float, sd: float) -> AbstractLaw:
+    """Mean and standard deviation."""
+    return make_law("normal", {"mean": mean, "sd": sd}, "stories")
+
+
+def alike(low: float, high: float) -> AbstractLaw:
+    """All orders of magnitude between the two alike."""
+    return make_law("loguniform", {"low": low, "high": high}, "stories")
+
+
+def uniform(low: float, high: float) -> AbstractLaw:
+    """All values between the two alike."""
+    return make_law("uniform", {"low": low, "high": high}, "stories")
 
 
 @dataclass(frozen=True)
@@ -75,4 +93,4 @@ class Cause:
 
 def plain(story: Story, values: Values) -> Response:
     """The release of one rig with the story's effects."""
-    return response(story.effects, values, PRELOAD)
+    return response(story.effects, values)
