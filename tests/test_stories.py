@@ -43,6 +43,13 @@ def ms(values):
     return 1e3 * np.asarray(values)
 
 
+def test_friction_of_1_73e5_swings_in_10_8_ms_or_10_3():
+    """The posterior's median, with k_LC as printed and as the posterior has it."""
+    found = swung(FIXED_ROOT, mu=1.73e5, k_LC=[6e7, 6.6e7])
+    assert ms(q.period(found))[:2] == pytest.approx([10.82, 10.32], abs=0.01)
+    assert ms(q.e_folding(found))[:2] == pytest.approx([13.2, 11.8], abs=0.05)
+
+
 FRICTIONS = [1e-3, 3.7e3, 1e5, 5.66e5, 1.35e6, 4.46e6]
 
 
@@ -62,8 +69,8 @@ def test_fixed_root_swings_in_14_12_or_10_ms_and_never_as_recorded():
     assert ms(q.e_folding(found))[1:6] == pytest.approx([235.1, 10.68, 40.1, 95.3, 314.6], abs=0.2)
 
 
-def test_no_constant_friction_has_10_ms_and_falls_in_the_time_recorded():
-    """10 ms within 5 % needs e-folding above 20 ms or mu where the period is 10.5 and more."""
+def test_with_the_printed_constants_10_ms_last_longer_than_recorded():
+    """A period of 10 ms within 5 % comes with 19 ms to fall by e and more."""
     frictions = np.geomspace(1e2, 1e7, 400)
     closed = [modes(PUBLISHED_RIG, m) for m in frictions]
     both = [
@@ -72,7 +79,7 @@ def test_no_constant_friction_has_10_ms_and_falls_in_the_time_recorded():
         if np.isfinite(c.period[0]) and 9.5e-3 < c.period[0] < 10.5e-3
     ]
     assert both
-    assert min(fall for _, fall in both) > 20e-3
+    assert 19e-3 < min(fall for _, fall in both) < 20e-3
 
 
 def test_a_shorter_column_tends_to_10_26_ms():

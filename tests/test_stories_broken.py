@@ -56,12 +56,12 @@ def test_a_story_that_gives_all_numbers_costs_less_than_a_slip():
 
 
 def test_a_story_with_friction_of_the_wrong_sign_costs_two_slips():
-    """What should decay grows, as printed in (20): it never ends, and no prior repairs that."""
+    """A swing that should decay grows, as with (20): it never ends, and no prior repairs that."""
 
     def growing(one, values):
         found = plain(one, values)
-        rates = -np.real(found.rates) + 1j * np.imag(found.rates)
-        return found._replace(rates=rates)
+        swings = np.imag(found.rates) != 0.0
+        return found._replace(rates=np.where(swings, -np.conj(found.rates), found.rates))
 
     # Where frame and period are certain the bound is met, to ln(1 + 1e-3) each.
     assert release(replace(story("near"), respond=growing))[0] < -2 * SLIP + 0.01

@@ -86,8 +86,8 @@ Questions = Callable[[np.ndarray], np.ndarray]
 """Points (n, d) to log-likelihoods (questions, n)."""
 
 
-def prior_points(dimension: int, seed: int, size: int = FIRST) -> Float[np.ndarray, "n d"]:
-    """Standard normal points: a scrambled Sobol set."""
+def prior_points(dimension: int, seed: int, size: int) -> Float[np.ndarray, "n d"]:
+    """Standard normal points: a scrambled Sobol set of `size`, a power of two."""
     engine = qmc.Sobol(dimension, scramble=True, rng=np.random.default_rng(seed))
     tiny = 0.5**40
     return ndtri(np.clip(engine.random_base2(int(np.log2(size))), tiny, 1.0 - tiny))
@@ -96,7 +96,7 @@ def prior_points(dimension: int, seed: int, size: int = FIRST) -> Float[np.ndarr
 def adapted(questions: Questions, dimension: int, seed: int) -> Points:
     """Points that serve all questions, `BLOCKS` independent blocks one after the other."""
     rng = np.random.default_rng([seed, 1])
-    z = prior_points(dimension, seed)
+    z = prior_points(dimension, seed, FIRST)
     cloud = Points(z, np.zeros(len(z)))
     for _ in range(MOST_ROUNDS):
         answers = questions(cloud.z)
@@ -174,8 +174,8 @@ def _heights(centres: np.ndarray, factors: np.ndarray, z: np.ndarray) -> np.ndar
     """Log densities (k, n) at z (n, d) of Gaussians, but for (2 pi)^(d/2)."""
     out = np.empty((len(centres), len(z)))
     for row, centre, factor in zip(out, centres, factors, strict=True):
-        white = np.linalg.solve(factor, (z - centre).T)
-        row[:] = -0.5 * np.sum(white**2, axis=0) - np.log(np.diagonal(factor)).sum()
+        white = (z - centre) @ np.linalg.inv(factor).T
+        row[:] = -0.5 * np.sum(white**2, axis=1) - np.log(np.diagonal(factor)).sum()
     return out
 
 

@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
-from jaxtyping import Complex, Float
+from jaxtyping import Complex, Float, Int
 
 from rigid.effects.base import AbstractEffect
 from rigid.effects.pump_curve import HALF_DROP, MEAN_FLOW
@@ -119,7 +119,7 @@ def superposed(
     )
 
 
-def strongest(found: Response) -> Float[np.ndarray, " n"]:
+def strongest(found: Response) -> Int[np.ndarray, " n"]:
     """Index of the oscillation with the greatest share of the recorded acceleration, squared.
 
     -1 where nothing oscillates.

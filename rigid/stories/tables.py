@@ -49,9 +49,9 @@ def in_short(found: Findings, spec: Spec) -> tuple[str, ...]:
         f"{published.mu_B.value / middle:.0f} times less than the two values of eq. (18).",
         f"ln B of a small μ and of a locked plunger: {_gaps(found, BROKEN)}. All other stories, "
         f"with any μ: {_gaps(found, _others(found))}.",
-        "ln of how much worse the friction of the release explains free running than the best "
-        f"other cause, under one constant μ: {_by_prior(found, _same_gap)}. The other causes lie "
-        f"within {_by_prior(found, _cause_gap)} of each other.",
+        "ln B of free running by the friction of the release against the best other cause, under "
+        f"one constant μ: {_by_prior(found, _same_gap)}. The other causes lie within "
+        f"{_by_prior(found, _cause_gap)} of each other.",
     )
 
 
@@ -60,7 +60,7 @@ def _others(found: Findings) -> set[str]:
 
 
 def _gaps(found: Findings, keys: set[str]) -> str:
-    values = [factors(found, p)[k][0] for p in PRIOR_SETS for k in keys]
+    values = [v for p in PRIOR_SETS for k, (v, _) in factors(found, p).items() if k in keys]
     return signed(f"{min(values):.1f} to {max(values):.1f} under the two priors")
 
 
@@ -144,7 +144,7 @@ def three(values: np.ndarray) -> str:
     """Median and 90 %, with three digits, large and small numbers by powers of ten."""
     low, middle, high = np.quantile(values, (0.05, 0.5, 0.95))
     power = int(np.floor(np.log10(abs(middle))))
-    if -3 < power < 4:
+    if -3 < power < 3:
         return signed(f"{middle:.3g} ({low:.3g} to {high:.3g})")
     raised = str(power).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
     low, middle, high = (x / 10.0**power for x in (low, middle, high))
@@ -163,5 +163,5 @@ def signed(text: str) -> str:
 
 
 def kept(text: str) -> str:
-    """The text on one line."""
-    return text.replace(" ", "\N{NO-BREAK SPACE}")
+    """The text in two lines at most: median, range."""
+    return text.replace(" ", "\N{NO-BREAK SPACE}").replace("\N{NO-BREAK SPACE}(", " (")
