@@ -72,7 +72,8 @@ def illustrations(shown: StoriesShown) -> list[Illustration]:
         ("release", release_figure(shown), "Fig. 8 of the paper as each story predicts it. "
          f"{bands} Dotted: every 10 ms; dashed: 40 ms, both as printed. No record is shown."),
         ("running", running_figure(shown), "Fig. 9 of the paper: strokes at speeds borrowed from "
-         f"the field test, and the pressure at other speeds under each cause. {bands}"),
+         "the field test, and the pressure at other speeds under each cause, beside the friction "
+         f"of the release. {bands}"),
     )  # fmt: skip
     return [
         Illustration(f"fig-stories-{key}", svg(figure, f"fig-stories-{key}"), caption, caption)

@@ -27,10 +27,6 @@ SPEEDS = np.linspace(5e-4, 15e-3, 59)
 SHOWN_DRAWS = 250
 """Roots drawn for each story."""
 
-TYPICAL_FRICTION = 3e4
-"""N s/m that a release with a free root leaves for friction; 2 % of what is printed for free
-running, so that the bands of other causes hardly depend on it."""
-
 PRINTED_NAMES = {
     "frame_stroke": ("stroke at 250 kN in the frame", 1e3, "mm"),
     "release_period": ("period of the release", 1e3, "ms"),
@@ -126,12 +122,15 @@ def _stroke(name: str, fraction: float, seed: int) -> tuple[str, np.ndarray]:
 
 
 def _cause(number: int, found: Findings, spec: Spec) -> CauseShown:
-    """Pressure over speed under one cause, given the printed numbers; A and B each their own."""
+    """Pressure over speed under one cause, given the printed numbers; A and B each their own.
+
+    Beside the cause acts the friction of the release under one constant mu.
+    """
     cause, published = CAUSES[number], spec.published
     assert published is not None
     rng = np.random.default_rng([found.seed, 7, number])
     n = 4000
-    friction = np.full(n, TYPICAL_FRICTION)
+    friction = rng.choice(found.told[FIGURE_PRIOR, REFERENCE].draws["mu"], n)
     common = common_given(cause, FIGURE_PRIOR, friction, published, rng.standard_normal(n))
     own = np.log(cause.spread[FIGURE_PRIOR])
     bands = []
@@ -140,11 +139,12 @@ def _cause(number: int, found: Findings, spec: Spec) -> CauseShown:
             fraction = {"A": published.kappa_A, "B": published.kappa_B}[name].value
             # S p and v are known only together: the force is what is printed times the speed.
             away = np.log(TRANSFER[FIGURE_PRIOR])
-            likely = np.log(printed.value * running_speed(fraction))
+            left = np.maximum(printed.value - friction, 1e-3 * printed.value)
+            likely = np.log(left * running_speed(fraction))
             share = own**2 / (own**2 + away**2)
             mean = np.log(common) + share * (likely - np.log(common))
             force = np.exp(mean + own * np.sqrt(1.0 - share) * rng.standard_normal(n))
-            pressure = (force[:, None] + TYPICAL_FRICTION * SPEEDS) / AREA
+            pressure = (force[:, None] + friction[:, None] * SPEEDS) / AREA
         else:
             relative = np.hypot(printed.sd, printed.half_width / np.sqrt(3.0)) / printed.value
             total = printed.value * np.exp(relative * rng.standard_normal(n))
