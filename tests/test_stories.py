@@ -50,6 +50,13 @@ def test_friction_of_1_73e5_swings_in_10_8_ms_or_10_3():
     assert ms(q.e_folding(found))[:2] == pytest.approx([13.2, 11.8], abs=0.05)
 
 
+def test_a_stiff_load_cell_end_swings_in_10_ms_only_where_it_ends_at_once():
+    """k_LC of 111 MN/m, the reading with the offset inside and both cylinders on two beams."""
+    found = swung(FIXED_ROOT, k_LC=1.11e8, mu=[4e4, 8e4, 1e5, 1.5e5])
+    assert ms(q.period(found))[:4] == pytest.approx([11.75, 10.85, 9.78, 8.15], abs=0.01)
+    assert ms(q.e_folding(found))[:4] == pytest.approx([11.8, 5.4, 4.4, 5.5], abs=0.1)
+
+
 FRICTIONS = [1e-3, 3.7e3, 1e5, 5.66e5, 1.35e6, 4.46e6]
 
 
