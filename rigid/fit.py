@@ -19,6 +19,10 @@ def fit(options: Options) -> int:
     from rigid.spec import find_spec, load_spec
 
     spec = load_spec(find_spec(options.spec))
+    if spec.published is not None:
+        from rigid.stories.command import fit_published
+
+        return fit_published(spec, options)
     say(options, f"spec {spec.path}: {len(spec.records)} records")
 
     from rigid.runtime import prepare

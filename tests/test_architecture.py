@@ -44,7 +44,7 @@ LAYERS = (
     ("alternatives",),
     ("figures",),
     ("present",),
-    ("discovery", "smoothing"),
+    ("discovery", "smoothing", "stories"),
     ("bands", "discover", "fit"),
 )
 LAYER = {room: number for number, rooms in enumerate(LAYERS) for room in rooms}

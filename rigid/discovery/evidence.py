@@ -70,7 +70,7 @@ class Bundle:
             shrunk = variance / (1.0 + variance * self._values)
             gain = 0.5 * np.sum(shrunk * along**2, axis=-1)
             out.append(gain - 0.5 * np.sum(np.log1p(variance * self._values)))
-        return logsumexp(np.stack(out), axis=0) - np.log(len(out))
+        return np.asarray(logsumexp(np.stack(out), axis=0) - np.log(len(out)))
 
     def amplitudes(self, slope: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean (m,) and covariance (m, m) of the amplitudes given slopes (k,)."""

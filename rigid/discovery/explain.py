@@ -67,7 +67,7 @@ class Explained:
 
 def _mean(logs: np.ndarray) -> np.ndarray:
     """Logarithm of the mean of exponentials over the last axis."""
-    return logsumexp(logs, axis=-1) - np.log(np.shape(logs)[-1])
+    return np.asarray(logsumexp(logs, axis=-1) - np.log(np.shape(logs)[-1]))
 
 
 def bundles_of(

@@ -1,6 +1,7 @@
 """A fit as its user states it: TOML in, frozen values out."""
 
 from rigid.spec.base import Known
+from rigid.spec.published import Printed, PublishedSpec
 from rigid.spec.read import find_spec, load_spec
 from rigid.spec.record import ChannelSpec, DefectName, RecordSpec, Stretch
 from rigid.spec.sheets import SensorSpec
@@ -20,6 +21,8 @@ __all__ = [
     "Known",
     "LawSpec",
     "ModelSpec",
+    "Printed",
+    "PublishedSpec",
     "RecordSpec",
     "RigSpec",
     "SamplerSpec",

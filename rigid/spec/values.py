@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field, model_validator
 
 from rigid.spec.base import POSITIVE, Flag, Known, Real, Value, Whole, uncertain
+from rigid.spec.published import PublishedSpec
 from rigid.spec.record import RecordSpec
 from rigid.spec.sheets import SensorsSpec
 
@@ -166,6 +167,7 @@ class SpecBody(Value):
     records: tuple[RecordSpec, ...] = ()
     bands: BandsSpec | None = None
     sampler: SamplerSpec = SamplerSpec()
+    published: PublishedSpec | None = Field(default=None, exclude=True)
 
     @model_validator(mode="after")
     def told_apart(self) -> "SpecBody":
