@@ -109,7 +109,10 @@ def laws_of(
 ) -> dict[str, tuple[ParameterInfo, AbstractLaw]]:
     """Each parameter of an effect by label, with its prior; one that is `given` goes before."""
     return {
-        label: (info, given.get(label) or make_law(prior.law, prior.arguments, label))
+        label: (
+            info,
+            given.get(label) or given.get(info.name) or make_law(prior.law, prior.arguments, label),
+        )
         for info in effect.parameters()
         for label, prior in zip(info.labels, info.priors, strict=True)
     }

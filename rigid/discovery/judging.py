@@ -26,8 +26,13 @@ class Left(NamedTuple):
 
 
 def units(local: Local, only: str | None) -> list[np.ndarray]:
-    """Rows of each part that is left out in turn: the records, or blocks of the one of `only`."""
+    """Rows of each part that is left out in turn: the records, or blocks of the one of `only`.
+
+    Where there is one record alone, its blocks.
+    """
     layout = local.layout
+    if only is None and len(layout.tracks) == 1:
+        only = layout.tracks[0]
     if only is None:
         found = [(layout.track == i) & layout.read for i in range(len(layout.tracks))]
         return [rows for rows in found if rows.any()]
