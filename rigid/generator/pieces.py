@@ -1,7 +1,7 @@
 """Pieces of the base plant beside friction: pump and valve, frame, ice."""
 
 from bisect import bisect_right
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import tanh
 from typing import no_type_check
 
@@ -36,7 +36,7 @@ class Pump(Piece):
     def during(self, start: float, end: float) -> "Pump":
         """Hold the fraction that the valve has midway."""
         index = bisect_right(self.untils[:-1], (start + end) / 2)
-        return Pump((end,), (self.fractions[index],))
+        return replace(self, untils=(end,), fractions=(self.fractions[index],))
 
     @no_type_check  # see Plant.rates
     def act(self, t: float, motion: Motion, own: list[float]) -> Action:  # noqa: ARG002
