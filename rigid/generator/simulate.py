@@ -62,7 +62,8 @@ def _slow(
     for piece in plant.pieces:
         for channel, delay in piece.delays().items():
             delays[channel] = delays.get(channel, 0.0) + delay
-    looked = {delay: np.maximum(times - delay, 0.0) for delay in {0.0, *delays.values()}}
+    # Whole nanoseconds: the solver cannot step from a break to a sample 1e-16 s after it.
+    looked = {d: np.round(np.maximum(times - d, 0.0), 9) for d in delays.values()} | {0.0: times}
     every = np.unique(np.concatenate(list(looked.values())))
     values = readings(plant, trajectory(plant, rest, every, tolerance), every)
     return {
