@@ -14,7 +14,8 @@ from rigid.generator.plant import Action, Motion, Piece
 @no_type_check  # see Plant.rates
 def pump_flow(p: float) -> float:
     """Flow of the pump [m^3/s] at pressure p [Pa], eq. (22) with pressures in bar."""
-    litres = 6.645 - 4.965 * tanh(0.05 * (p - P_MAX) / BAR)
+    bend = np.tanh if isinstance(p, np.ndarray) else tanh  # one number: ten times as fast
+    litres = 6.645 - 4.965 * bend(0.05 * (p - P_MAX) / BAR)
     return litres * LITRE_PER_MINUTE
 
 

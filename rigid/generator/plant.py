@@ -152,7 +152,12 @@ class Plant:
     @no_type_check  # called 6e4 times a record: checked types (in tests) would cost a minute
     def rates(self, t: float, y: np.ndarray) -> list[float]:
         """Time derivative of the state vector."""
-        rig, state = self.rig, y.tolist()
+        return self.balance(t, y.tolist())
+
+    @no_type_check
+    def balance(self, t: float, state: list[float]) -> list[float]:
+        """Time derivative of the states, listed; numbers, or arrays of many rigs."""
+        rig = self.rig
         motion = Motion(*state[:CORE_STATES])
         x_hc, v_hc, x_pl, v_pl, p = motion
         on_cylinder = -rig.k_LC * x_hc - AREA * p
@@ -247,7 +252,7 @@ def _integrate(part: Plant, state: np.ndarray, times: np.ndarray, tolerance: flo
         times,
         tfirst=True,
         rtol=tolerance,
-        atol=tolerance / TOLERANCE * _absolute_tolerance(part.states),
+        atol=tolerance / TOLERANCE * absolute_tolerance(part.states),
         tcrit=times[-1:],
         mxstep=1_000_000,
         full_output=True,
@@ -257,7 +262,7 @@ def _integrate(part: Plant, state: np.ndarray, times: np.ndarray, tolerance: flo
     return solution
 
 
-def _absolute_tolerance(states: int) -> np.ndarray:
+def absolute_tolerance(states: int) -> np.ndarray:
     """1e-12 m, 1e-9 m/s, 0.1 Pa, far below the sensors' noise; own states count as lengths."""
     tolerance = np.full(states, 1e-12)
     tolerance[[1, 3]] = 1e-9

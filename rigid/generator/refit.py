@@ -17,6 +17,7 @@ from rigid.generator.draw import NORMAL, SENSORS, Truth
 from rigid.generator.plant import Piece
 from rigid.generator.schedule import Run
 from rigid.generator.simulate import sampling_times, simulate
+from rigid.generator.stacked import side_by_side
 
 SLOW_CHANNELS = ("load", "stroke", "pressure")
 # Prior sds, relative: of normal laws as stated, of lognormal ones log(factor).
@@ -165,27 +166,49 @@ def change(
 
 def slopes(truth: Truth, layout: Layout, base: Mapping[Key, np.ndarray]) -> np.ndarray:
     """Change of all readings per prior sd of each constant, (size, constants)."""
-    columns = [layout.flat(_slope(truth, base, one)) for one in constants(truth)]
-    return np.stack(columns, axis=1)
+    listed = constants(truth)
+    columns: dict[Constant, dict[Key, np.ndarray]] = {
+        one: _by_sensor(truth, base, one) if one.part == "sensor" else {} for one in listed
+    }
+    for run in truth.runs:
+        felt = [one for one in listed if one.part != "sensor" and _feels(run, one)]
+        for one, readings in zip(felt, _by_constants(truth, run, felt), strict=True):
+            columns[one] |= readings
+    return np.stack([layout.flat(columns[one]) for one in listed], axis=1)
 
 
-def _slope(
-    truth: Truth, base: Mapping[Key, np.ndarray], constant: Constant
+def _by_sensor(
+    truth: Truth, base: Mapping[Key, np.ndarray], one: Constant
 ) -> dict[Key, np.ndarray]:
-    """One column: exact for a sensor, a finite difference else."""
-    if constant.part == "sensor":
-        sensor = truth.sensors[constant.owner]
-        mine = {k: v for k, v in base.items() if f"{k.channel},{k.cylinder}" == constant.owner}
-        if constant.name == "zero":
-            return {key: np.full(values.size, constant.width) for key, values in mine.items()}
-        return {k: constant.width * (v - sensor.zero) / sensor.gain for k, v in mine.items()}
-    step = min(STEP / constant.width, SMALL_STEP)
-    if constant.name == "release_time":
-        step = _inward(truth, constant)
-    new = moved(truth, {constant: step})
-    runs = [run for run in new.runs if _feels(run, constant)]
-    difference = change(noiseless(new, runs=runs), base)
-    return {key: values / step for key, values in difference.items()}
+    """Slopes by a gain or a zero."""
+    sensor = truth.sensors[one.owner]
+    mine = {key: v for key, v in base.items() if f"{key.channel},{key.cylinder}" == one.owner}
+    if one.name == "zero":
+        return {key: np.full(values.size, one.width) for key, values in mine.items()}
+    return {key: one.width * (v - sensor.zero) / sensor.gain for key, v in mine.items()}
+
+
+def _by_constants(truth: Truth, run: Run, felt: Sequence[Constant]) -> list[dict[Key, np.ndarray]]:
+    """Slopes of a run's channels by each constant, by finite differences."""
+    steps = [
+        _inward(run) if one.name == "release_time" else min(STEP / one.width, SMALL_STEP)
+        for one in felt
+    ]
+    truths = [truth, *(moved(truth, {o: s}) for o, s in zip(felt, steps, strict=True))]
+    runs = [next(r for r in t.runs if _label(r) == _label(run)) for t in truths]
+    if run.kind == "release":
+        read = [simulate(t, r).values for t, r in zip(truths, runs, strict=True)]
+    else:
+        read = side_by_side(truths, runs)
+    found = []
+    for values, step in zip(read[1:], steps, strict=True):
+        here = {}
+        for channel in recorded(run):
+            gain = truth.sensors[f"{channel},{run.cylinder}"].gain
+            difference = gain * (values[channel] - read[0][channel]) / step
+            here[Key(run.name, run.cylinder, channel)] = difference
+        found.append(here)
+    return found
 
 
 def _feels(run: Run, constant: Constant) -> bool:
@@ -195,7 +218,6 @@ def _feels(run: Run, constant: Constant) -> bool:
     return constant.name != "k_frame" or run.kind == "frame"
 
 
-def _inward(truth: Truth, constant: Constant) -> float:
+def _inward(run: Run) -> float:
     """A step of the instant of release toward the middle between its two samples."""
-    run = next(run for run in truth.runs if _label(run) == constant.owner)
     return SMALL_STEP if run.hook()[1] * FAST_RATE % 1.0 < 0.5 else -SMALL_STEP

@@ -8,6 +8,8 @@ from short import FRAME, FREE, short_truth
 
 from rigid.generator.hidden import hide
 from rigid.generator.refit import Key, constants, moved, noiseless
+from rigid.generator.simulate import simulate
+from rigid.generator.stacked import side_by_side
 from rigid.generator.strength import Ground, at_strength, ground
 
 
@@ -46,6 +48,21 @@ def test_constants_move_by_their_priors():
     assert changed.gain - truth.sensors["load,A"].gain == pytest.approx(2e-3)
     assert changed.zero - truth.sensors["load,A"].zero == pytest.approx(100.0)
     assert len(constants(truth)) == 12 + 2 + 1 + 2 + 2 * 4
+
+
+@pytest.mark.parametrize("run", [FRAME, FREE], ids=["frame", "free-run"])
+def test_rigs_side_by_side_move_as_they_do_alone(run):
+    truth = short_truth()
+    stiff = replace(truth, rig=replace(truth.rig, k_LC=1.1 * truth.rig.k_LC))
+    open_wide = replace(run, kappa=1.05 * run.kappa)
+    read = side_by_side([truth, stiff, truth], [run, run, open_wide])
+    alone = [simulate(t, r).values for t, r in ((truth, run), (stiff, run), (truth, open_wide))]
+    for together, single in zip(read, alone, strict=True):
+        for channel in ("load", "stroke", "pressure"):
+            noise = truth.sensors[f"{channel},A"].noise
+            # both err by less than a thousandth of the noise
+            np.testing.assert_allclose(together[channel], single[channel], atol=2e-3 * noise)
+    assert np.abs(read[2]["stroke"] - read[0]["stroke"]).max() > 1e-5
 
 
 def test_slopes_are_those_of_larger_steps(on):
