@@ -14,6 +14,7 @@ as white. `strength` takes f(z) = J z; `refitted` takes f as it is.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import exp, log, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,11 +24,25 @@ from rigid.generator.plant import Piece
 from rigid.generator.refit import Key, Layout, change, constants, moved, noiseless, slopes
 
 TOLERANCE = 0.05  # relative, of a strength that is asked for
+COARSE = 0.15  # the same, where the constants have to be refitted in earnest
 MOST_TRIALS = 30
 MOST_FACTOR = 4.0  # of the amplitude from one trial to the next
 REFITS = 12
-SETTLED = 1e-3  # relative change of the strength at which a refit has settled
+SETTLED = 5e-3  # relative change of the strength at which a refit has settled
 FAINT = 1e-6  # strength below which a cause counts as not there
+
+
+class Refit(NamedTuple):
+    """Constants refitted to a trace.
+
+    - strength: what is left; z (k,): where they end up, in the order of `constants`
+    - made (size,): the change they make there; slopes (size, k): of it, near there
+    """
+
+    strength: float
+    z: np.ndarray
+    made: np.ndarray
+    slopes: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -65,27 +80,31 @@ class Ground:
         sizes = np.sqrt(np.diag(products))
         return products / np.outer(sizes, sizes)
 
-    def refitted(self, trace: np.ndarray) -> tuple[float, np.ndarray]:
-        """Strength of a trace with the constants refitted in earnest, and where they end up.
+    def refitted(self, trace: np.ndarray, near: Refit | None = None) -> Refit:
+        """Refit the constants to a trace in earnest, from where a refit to a like one ended.
 
-        Gauss-Newton steps with the slopes at the truth, halved as long as they make it worse.
-        Gives the strength and z (k,) in the order of `constants`.
+        Gauss-Newton steps; after each the slopes are corrected by what it did (Broyden 1965,
+        Math. Comp. 19), and a step that makes it worse is tried at half its length.
         """
-        z, left = np.zeros(self.price.shape[0]), trace
-        best, share = float(np.linalg.norm(trace)), 1.0
+        size = self.price.shape[0]
+        if near is None:
+            made = np.zeros(self.layout.size)
+            near = Refit(np.inf, np.zeros(size), made, self.shape @ self.price)
+        z, made, slopes = near.z, near.made, near.slopes
+        best, share = float(np.linalg.norm(np.concatenate([trace - made, z]))), 1.0
         for _ in range(REFITS):
-            target = left + self.shape @ (self.price @ z)
-            step = np.linalg.solve(self.price, self.shape.T @ target) - z
-            new = z + share * step
-            rest = trace - self._made_by(new)
-            now = sqrt(float(rest @ rest + new @ new))
+            q, r = np.linalg.qr(np.concatenate([slopes, np.eye(size)]))
+            step = share * np.linalg.solve(r, q.T @ np.concatenate([trace - made, -z]))
+            new = self._made_by(z + step)
+            slopes = slopes + np.outer(new - made - slopes @ step, step / (step @ step))
+            now = float(np.linalg.norm(np.concatenate([trace - new, z + step])))
             if now >= best:
                 share /= 2.0
                 continue
-            gain, best, z, left = best - now, now, new, rest
+            gain, best, z, made, share = best - now, now, z + step, new, 1.0
             if gain < SETTLED * best:
                 break
-        return best, z
+        return Refit(best, z, made, slopes)
 
     def _made_by(self, z: np.ndarray) -> np.ndarray:
         """Change of all readings, (size,), that constants z prior sds from the truth make."""
@@ -110,14 +129,21 @@ def at_strength(
     - tolerance: relative, of the strength
 
     The linear strength leads there; where refitting in earnest gives another by more than the
-    tolerance, the search goes on with that. Raises ValueError where no amplitude reaches it.
+    tolerance, the search goes on with that, at COARSE tolerance since it costs much. Raises
+    ValueError where no amplitude reaches the strength.
     """
     found, _ = _search(lambda c: on.strength(on.trace(c)), cause, wanted, tolerance)
-    strength, _ = on.refitted(on.trace(found))
-    if abs(strength - wanted) <= tolerance * wanted:
-        return found, strength
-    start = found.of(found.amplitude * min(max(wanted / strength, 0.25), MOST_FACTOR))
-    return _search(lambda c: on.refitted(on.trace(c))[0], start, wanted, tolerance)
+    last = on.refitted(on.trace(found))
+    if abs(last.strength - wanted) <= tolerance * wanted:
+        return found, last.strength
+
+    def earnest(trial: Hidden) -> float:
+        nonlocal last
+        last = on.refitted(on.trace(trial), last)
+        return last.strength
+
+    factor = min(max(wanted / last.strength, 1.0 / MOST_FACTOR), MOST_FACTOR)
+    return _search(earnest, found.of(found.amplitude * factor), wanted, COARSE)
 
 
 def _search(

@@ -117,13 +117,14 @@ def test_strength_grows_with_amplitude_and_falls_with_noise(on):
 
 def test_a_refit_in_earnest_confirms_the_linear_one(on):
     trace = on.trace(drawn("hose-pressure-drop"))
-    strength, z = on.refitted(trace)
+    strength, z, made, _ = on.refitted(trace)
     # between them stands the curvature of what the constants do, which for less than one prior
     # sd of any is a few per cent of their own part
     assert strength == pytest.approx(on.strength(trace), rel=0.1)
     assert strength < 0.9 * np.linalg.norm(trace)
     assert np.abs(z).max() < 2.0
     left = trace - on._made_by(z)
+    np.testing.assert_allclose(on._made_by(z), made, atol=1e-9)
     assert np.sqrt(left @ left + z @ z) == pytest.approx(strength)
 
 
@@ -132,7 +133,7 @@ def test_a_refit_in_earnest_confirms_the_linear_one(on):
 def test_an_amplitude_is_found_for_a_strength(on, name, wanted):
     one, strength = at_strength(on, drawn(name), wanted)
     assert strength == pytest.approx(wanted, rel=0.05)
-    again, _ = on.refitted(on.trace(one))
+    again = on.refitted(on.trace(one)).strength
     linear = on.strength(on.trace(one))
     assert min(abs(again - strength), abs(linear - strength)) < 0.02 * wanted
 

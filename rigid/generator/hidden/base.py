@@ -11,6 +11,8 @@ from rigid.generator.schedule import Run
 
 SLOW = ("frame", "free-run", "field")
 ALL = (*SLOW, "release")
+FROM_RIG = {"k_LC", "column", "modulus", "stiffness"}
+"""Fields that a piece takes from the rig it is put into; no numbers of the cause."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +44,8 @@ class Hidden(Piece):
         return replace(self, amplitude=amplitude)
 
     def parameters(self) -> dict:
-        """All its numbers, SI."""
-        return asdict(self)
+        """All its numbers, SI, but those of the rig."""
+        return {name: value for name, value in asdict(self).items() if name not in FROM_RIG}
 
     def acts(self, run: Run) -> bool:
         """Whether the run knows of it."""
