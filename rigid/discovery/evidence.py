@@ -13,7 +13,7 @@ from scipy.special import logsumexp
 
 from rigid.priors import AbstractLaw
 
-STANDARD = np.linspace(-6.0, 6.0, 4801)
+STANDARD = np.linspace(-6.0, 6.0, 2401)
 """Quantiles, on the standard normal scale, over which priors of amplitudes are summed."""
 LOG_MASS = np.log(np.exp(-0.5 * STANDARD**2) / np.exp(-0.5 * STANDARD**2).sum())
 
@@ -34,7 +34,7 @@ def log_bayes(slope: ArrayLike, information: ArrayLike, departures: np.ndarray) 
     slopes, informations = np.broadcast_arrays(slope, information)
     flat = np.stack([slopes.ravel(), informations.ravel()])
     out = np.empty(flat.shape[1])
-    for begin in range(0, len(out), 256):  # 256 x 4801 numbers at a time
+    for begin in range(0, len(out), 256):  # 256 x 2401 numbers at a time
         g, i = flat[:, begin : begin + 256]
         exponent = g[:, None] * departures - 0.5 * i[:, None] * departures**2
         out[begin : begin + 256] = logsumexp(exponent + LOG_MASS, axis=1)

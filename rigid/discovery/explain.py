@@ -21,10 +21,10 @@ NOTHING, UNNAMED = "nothing", "unnamed"
 PRIOR_NOTHING, PRIOR_UNNAMED = 0.5, 0.1
 """What one would bet before any record; the rest is shared evenly by the effects."""
 
-SIMULATED = 2000
+SIMULATED = 1000
 """Draws of campaigns in which nothing is missing, for the p-value."""
 
-Z_GRID = np.linspace(-12.0, 12.0, 97)
+Z_GRID = np.linspace(-8.0, 8.0, 49)
 
 
 @dataclasses.dataclass(frozen=True)

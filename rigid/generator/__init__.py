@@ -5,7 +5,8 @@ the friction, another integrator, the equations written down a second time. What
 the two is then not a shared mistake.
 """
 
-from rigid.generator.campaign import Conditions, campaign
+from rigid.generator.campaign import campaign
+from rigid.generator.conditions import Conditions
 from rigid.generator.draw import Truth, draw
 from rigid.generator.plant import Action, Motion, Piece
 

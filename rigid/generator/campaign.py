@@ -1,18 +1,19 @@
 """A whole campaign: draw it, run it, record it, write it."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import datetime, timedelta
 from itertools import groupby
 from pathlib import Path
 
 import numpy as np
 
+from rigid.generator.conditions import NOMINAL, Conditions, under
 from rigid.generator.constants import TRUTH_RATE
-from rigid.generator.draw import Truth, draw, stream
-from rigid.generator.plant import Piece, trajectory
+from rigid.generator.draw import Secret, Truth, draw, stream
+from rigid.generator.plant import TOLERANCE, Piece, trajectory
 from rigid.generator.schedule import Run
-from rigid.generator.sensors import unit_noise
-from rigid.generator.simulate import plant_of, simulate
+from rigid.generator.sensors import spikes, unit_noise
+from rigid.generator.simulate import Readings, acting, plant_of, simulate
 from rigid.generator.specs import file_name, write_specs
 from rigid.generator.writers import (
     write_accelerometer,
@@ -25,23 +26,6 @@ MORNING = datetime(2018, 3, 12, 9, 30)  # the paper's field test was in March 20
 SLOW_CHANNELS = ("load", "stroke", "pressure")
 
 
-@dataclass(frozen=True)
-class Conditions:
-    """What may differ from campaign to campaign of a study.
-
-    - noise_correlation: AR(1) coefficient of the slow channels' noise, in [0, 1)
-    - hidden: pieces of physics to hide in every record, named in the truth alone
-    - clock: a seed for lengths and valve times alone, so that many campaigns share them
-    """
-
-    noise_correlation: float = 0.0
-    hidden: tuple[Piece, ...] = ()
-    clock: int | None = None
-
-
-NOMINAL = Conditions()
-
-
 def campaign(
     seed: int,
     out: Path,
@@ -49,6 +33,7 @@ def campaign(
     specs: Path | None = None,
     field: bool = True,
     conditions: Conditions = NOMINAL,
+    secrets: tuple[Secret, ...] | None = None,
 ) -> Truth:
     """Write a campaign's records, specs and truth into a folder; gives the truth.
 
@@ -57,19 +42,26 @@ def campaign(
     - specs: folder of the specs; left out: `out`
     - field: whether the field record (and its true ice load) is written
     - conditions: what differs from the population's usual campaign
+    - secrets: what truth.json says of what is hidden; left out, it follows from the conditions
     """
-    correlation, hidden = conditions.noise_correlation, conditions.hidden
-    if not 0.0 <= correlation < 1.0:
-        raise ValueError(f"noise_correlation is {correlation}; it has to lie in [0, 1)")
-    truth = draw(seed, field=field, noise_correlation=correlation, clock=conditions.clock)
-    truth = replace(truth, hidden=tuple(type(piece).__name__ for piece in hidden))
+    truth = drawn(seed, conditions, field=field)
+    if secrets is not None:
+        truth = replace(truth, hidden=secrets)
     specs = out if specs is None else specs
     for folder in (out, specs):
         folder.mkdir(parents=True, exist_ok=True)
-    _write_records(truth, out, hidden)
+    _write_records(truth, out, conditions.hidden)
     write_specs(specs, out, truth)
     write_truth(out, truth)
     return truth
+
+
+def drawn(seed: int, conditions: Conditions = NOMINAL, *, field: bool = True) -> Truth:
+    """Draw the truth of a campaign under conditions, without writing it."""
+    truth = draw(
+        seed, field=field, noise_correlation=conditions.noise_correlation, clock=conditions.clock
+    )
+    return under(truth, conditions)
 
 
 def _write_records(truth: Truth, out: Path, hidden: tuple[Piece, ...]) -> None:
@@ -84,7 +76,8 @@ def _write_records(truth: Truth, out: Path, hidden: tuple[Piece, ...]) -> None:
             _write_release(truth, runs[0], path, begin, hidden)
             continue
         codes = {key: c for run in runs for key, c in slow_codes(truth, run, hidden).items()}
-        row = write_toa5(path, codes, begin, row)
+        steps = {key: truth.sensors[f"{key[0]},{key[1]}"].step for key in codes}
+        row = write_toa5(path, codes, steps, begin, row)
         if runs[0].kind == "field":
             write_field_truth(out / f"truth-{name}.npz", field_truth(truth, runs, hidden))
 
@@ -93,22 +86,25 @@ def slow_codes(
     truth: Truth, run: Run, hidden: tuple[Piece, ...] = ()
 ) -> dict[tuple[str, str], np.ndarray]:
     """Converter codes of the three slow channels, by (channel, cylinder)."""
-    times, values = simulate(truth, run, hidden)
+    times, values = _perfect(truth, run, hidden)
     codes = {}
     for channel in SLOW_CHANNELS:
+        name = f"{channel},{run.cylinder}"
         rng = stream(truth.seed, "noise", run.name, run.cylinder, channel)
         noise = unit_noise(rng, times.size, truth.noise_correlation)
-        sensor = truth.sensors[f"{channel},{run.cylinder}"]
-        codes[channel, run.cylinder] = sensor.codes(values[channel], noise)
+        noise = noise + _spikes(truth, run, channel, times.size)
+        sensor, top = truth.sensors[name], truth.flaws.tops.get(name)
+        codes[channel, run.cylinder] = sensor.codes(values[channel], noise, top)
     return codes
 
 
 def release_counts(truth: Truth, run: Run, hidden: tuple[Piece, ...] = ()) -> np.ndarray:
     """Counts of the accelerometer's three axes, (3, samples); the other two only hiss."""
-    times, values = simulate(truth, run, hidden)
+    times, values = _perfect(truth, run, hidden)
     rng = stream(truth.seed, "noise", run.name, run.cylinder, "acceleration")
     sensor = truth.sensors[f"acceleration,{run.cylinder}"]
     noise = rng.standard_normal((3, times.size))
+    noise = noise + _spikes(truth, run, "acceleration", times.size)
     still = np.zeros(times.size)
     return np.stack(
         [
@@ -116,6 +112,20 @@ def release_counts(truth: Truth, run: Run, hidden: tuple[Piece, ...] = ()) -> np
             for signal, part in zip((still, still, values["acceleration"]), noise, strict=True)
         ]
     )
+
+
+def _perfect(truth: Truth, run: Run, hidden: tuple[Piece, ...]) -> Readings:
+    """What perfect sensors would have read, as exact as the campaign's solver is."""
+    tolerance = truth.flaws.tolerance
+    return simulate(truth, run, hidden, TOLERANCE if tolerance is None else tolerance)
+
+
+def _spikes(truth: Truth, run: Run, channel: str, size: int) -> np.ndarray | float:
+    """Spikes in units of the sensor's noise, where the campaign has any."""
+    share = truth.flaws.outliers
+    if share == 0.0:
+        return 0.0
+    return spikes(stream(truth.seed, "spikes", run.name, run.cylinder, channel), size, share)
 
 
 def _write_release(
@@ -135,7 +145,8 @@ def field_truth(
     for run in runs:
         plant = plant_of(truth, run, hidden)
         times = np.arange(round(run.duration * TRUTH_RATE) + 1) / TRUTH_RATE
-        motion = trajectory(plant, plant.at_rest(), times)
+        rest = plant.balanced() if acting(truth, run, hidden) else plant.at_rest()
+        motion = trajectory(plant, rest, times)
         arrays[f"ice_load_{run.cylinder}"] = run.ice_load(times).astype(np.float32)
         arrays[f"plate_displacement_{run.cylinder}"] = motion.states[2].astype(np.float32)
     return arrays

@@ -1,7 +1,8 @@
 """The population that campaigns are drawn from, and the truth of one campaign."""
 
 import zlib
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from rigid.generator.constants import BAR, COUNT, PSI
 from rigid.generator.friction import Friction
 from rigid.generator.plant import Rig
 from rigid.generator.schedule import Run, schedule
-from rigid.generator.sensors import Sensor
+from rigid.generator.sensors import Flaws, Sensor
 
 # Normal laws: (nominal, relative standard deviation). Sources: eq. (1) and (15) for the values,
 # the contract's table of uncertainties for the spreads.
@@ -43,12 +44,30 @@ FREQUENCIES = (0.0, 0.1, 1.0, 3.0, 10.0, 30.0, 80.0, 100.0, 300.0)  # Hz, of the
 
 
 @dataclass(frozen=True)
+class Secret:
+    """A piece of physics that is hidden in records.
+
+    - equation: that it enters; law: as a formula; parameters: its numbers, SI
+    - records: "record,cylinder" in which it acts
+    - strength: what it leaves after all constants are refitted, in noise; None where not computed
+    """
+
+    name: str
+    equation: str | None = None
+    law: str | None = None
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    records: tuple[str, ...] = ()
+    strength: float | None = None
+
+
+@dataclass(frozen=True)
 class Truth:
     """Everything that a fit does not know of a campaign.
 
     - sensors: by "channel,cylinder"; the accelerometer rides on cylinder A's
     - noise_correlation: AR(1) coefficient of the slow channels' noise
-    - hidden: names of the pieces hidden in the data
+    - hidden: the pieces hidden in the data
+    - flaws: of the records
     """
 
     seed: int
@@ -57,7 +76,8 @@ class Truth:
     sensors: dict[str, Sensor]
     runs: tuple[Run, ...]
     noise_correlation: float = 0.0
-    hidden: tuple[str, ...] = ()
+    hidden: tuple[Secret, ...] = ()
+    flaws: Flaws = field(default_factory=Flaws)
 
     def parameters(self) -> dict[str, float]:
         """Flat table in the names of the fit with memory, e.g. `kappa[free-run-2,A]`.
@@ -85,11 +105,13 @@ class Truth:
         """All of it for a JSON file."""
         mu = [self.friction.coefficient(frequency) for frequency in FREQUENCIES]
         omega = 2 * np.pi * np.array(FREQUENCIES)
+        flaws = {"flaws": asdict(self.flaws)} if self.flaws != Flaws() else {}
         return {
             "simulated": True,
             "seed": self.seed,
             "noise_correlation": self.noise_correlation,
-            "hidden": list(self.hidden),
+            "hidden": [asdict(secret) for secret in self.hidden],
+            **flaws,
             "parameters": self.parameters(),
             "frequency": list(FREQUENCIES),
             "mu_omega": np.real(mu).tolist(),

@@ -100,9 +100,10 @@ def record(
 ) -> FieldTest:
     """Run a field test; `told`: its drops, and the random numbers of the sensors' noise."""
     drops, rng = told
-    plant = Plant(rig, (friction, *run.pieces(rig), *hidden))
+    acting = tuple(one for piece in hidden for one in piece.within(rig, run))
+    plant = Plant(rig, (friction, *run.pieces(rig), *acting))
     time = np.arange(round(run.duration * SLOW_RATE) * FINE + 1) / (SLOW_RATE * FINE)
-    motion = trajectory(plant, plant.at_rest(), time)
+    motion = trajectory(plant, plant.balanced() if acting else plant.at_rest(), time)
     ideal = readings(plant, motion, time)
     read = {}
     for channel in ("load", "stroke", "pressure"):

@@ -1,7 +1,7 @@
 """Pieces of the base plant beside friction: pump and valve, frame, ice."""
 
 from bisect import bisect_right
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import tanh
 from typing import no_type_check
 
@@ -14,7 +14,8 @@ from rigid.generator.plant import Action, Motion, Piece
 @no_type_check  # see Plant.rates
 def pump_flow(p: float) -> float:
     """Flow of the pump [m^3/s] at pressure p [Pa], eq. (22) with pressures in bar."""
-    litres = 6.645 - 4.965 * tanh(0.05 * (p - P_MAX) / BAR)
+    bend = np.tanh if isinstance(p, np.ndarray) else tanh  # one number: ten times as fast
+    litres = 6.645 - 4.965 * bend(0.05 * (p - P_MAX) / BAR)
     return litres * LITRE_PER_MINUTE
 
 
@@ -36,7 +37,7 @@ class Pump(Piece):
     def during(self, start: float, end: float) -> "Pump":
         """Hold the fraction that the valve has midway."""
         index = bisect_right(self.untils[:-1], (start + end) / 2)
-        return Pump((end,), (self.fractions[index],))
+        return replace(self, untils=(end,), fractions=(self.fractions[index],))
 
     @no_type_check  # see Plant.rates
     def act(self, t: float, motion: Motion, own: list[float]) -> Action:  # noqa: ARG002

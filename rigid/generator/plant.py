@@ -5,22 +5,30 @@ any effect that is to be hidden in the data) is a `Piece`.
 
     (M_HC - M_Pl) x_HC''    = -k_LC x_HC - S p + forces on the cylinder
     (M_Pl + M_Fl/2) x_Pl''  =  S p + forces on the plunger
-    p' (V/k_oil + compliances) = flows - S (x_Pl' - x_HC'),   V = S (L_0 + x_Pl - x_HC)
+    p' (V/k_oil + compliances) = flows - losses - S (x_Pl' - x_HC'),   V = S (L_0 + x_Pl - x_HC)
 
 Source: eqs. (2)-(9), (21) of the paper, with the signs of (8) kept throughout.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import accumulate, pairwise
-from typing import NamedTuple, no_type_check
+from typing import TYPE_CHECKING, NamedTuple, no_type_check
 
 import numpy as np
 from scipy.integrate import odeint
 
 from rigid.generator.constants import AREA
 
+if TYPE_CHECKING:
+    from rigid.generator.schedule import Run
+
 CORE_STATES = 5
+NEWTON_STEPS = 4  # to rest; a stiffening spring is solved to rounding in four
+REST_STEPS = (1e-7, 1e2)  # m and Pa, over which slopes at rest are taken
+TOLERANCE = 1e-9
+"""Relative error that the solver allows itself a step, unless a campaign asks for another."""
 
 
 class Motion(NamedTuple):
@@ -37,9 +45,10 @@ class Action(NamedTuple):
     """What a piece does at one instant.
 
     - on_cylinder, on_plunger: forces [N], positive toward the ice
-    - flow: oil into the chamber [m^3/s]
+    - flow: oil through the hose into the chamber [m^3/s]
     - compliance: volume the chamber gains per pressure beside that of the oil [m^3/Pa]
     - rates: time derivatives of the states that the piece keeps for itself
+    - loss: oil that leaves the chamber by another way than the hose [m^3/s]
     """
 
     on_cylinder: float = 0.0
@@ -47,6 +56,20 @@ class Action(NamedTuple):
     flow: float = 0.0
     compliance: float = 0.0
     rates: tuple[float, ...] = ()
+    loss: float = 0.0
+
+
+class Seen(NamedTuple):
+    """What sensors can answer to, at the instants of the readings.
+
+    - times: (n,) s; motion: the core's states, (n,) each
+    - own: (states, n) of the piece that reads; flow: (n,) oil through the hose [m^3/s]
+    """
+
+    times: np.ndarray
+    motion: Motion
+    own: np.ndarray
+    flow: np.ndarray
 
 
 class Piece:
@@ -66,9 +89,17 @@ class Piece:
         """Forces and flow at time t; `own` holds the states that the piece keeps."""
         return Action()
 
-    def read(self, times: np.ndarray, readings: dict[str, np.ndarray]) -> dict[str, np.ndarray]:  # noqa: ARG002
+    def read(self, seen: Seen, readings: dict[str, np.ndarray]) -> dict[str, np.ndarray]:  # noqa: ARG002
         """Distort what perfect sensors would have read (channel -> SI values)."""
         return readings
+
+    def delays(self) -> Mapping[str, float]:
+        """By how much [s] channels are read late (channel -> time, negative: early)."""
+        return {}
+
+    def within(self, rig: "Rig", run: "Run") -> "tuple[Piece, ...]":  # noqa: ARG002
+        """Give the pieces that stand for this one in a run; a cause may be absent from some."""
+        return (self,)
 
 
 @dataclass(frozen=True)
@@ -111,7 +142,7 @@ class Plant:
         return replace(self, pieces=tuple(piece.during(start, end) for piece in self.pieces))
 
     @cached_property
-    def _shares(self) -> tuple[tuple[Piece, slice], ...]:
+    def shares(self) -> tuple[tuple[Piece, slice], ...]:
         """Each piece with the part of the state vector that it keeps."""
         ends = list(accumulate((piece.states for piece in self.pieces), initial=CORE_STATES))
         return tuple(
@@ -121,7 +152,12 @@ class Plant:
     @no_type_check  # called 6e4 times a record: checked types (in tests) would cost a minute
     def rates(self, t: float, y: np.ndarray) -> list[float]:
         """Time derivative of the state vector."""
-        rig, state = self.rig, y.tolist()
+        return self.balance(t, y.tolist())
+
+    @no_type_check
+    def balance(self, t: float, state: list[float]) -> list[float]:
+        """Time derivative of the states, listed; numbers, or arrays of many rigs."""
+        rig = self.rig
         motion = Motion(*state[:CORE_STATES])
         x_hc, v_hc, x_pl, v_pl, p = motion
         on_cylinder = -rig.k_LC * x_hc - AREA * p
@@ -129,11 +165,13 @@ class Plant:
         inflow = -AREA * (v_pl - v_hc)
         compliance = AREA * (rig.L_0 + x_pl - x_hc) / rig.k_oil
         rates = [v_hc, 0.0, v_pl, 0.0, 0.0]
-        for piece, share in self._shares:
-            to_cylinder, to_plunger, flow, extra, own_rates = piece.act(t, motion, state[share])
+        for piece, share in self.shares:
+            to_cylinder, to_plunger, flow, extra, own_rates, loss = piece.act(
+                t, motion, state[share]
+            )
             on_cylinder += to_cylinder
             on_plunger += to_plunger
-            inflow += flow
+            inflow += flow - loss
             compliance += extra
             rates += own_rates
         rates[1] = on_cylinder / rig.mass_cylinder
@@ -141,21 +179,51 @@ class Plant:
         rates[4] = inflow / compliance
         return rates
 
+    def hose_flow(self, t: float, y: np.ndarray) -> float:
+        """Oil through the hose into the chamber [m^3/s]."""
+        state = y.tolist()
+        motion = Motion(*state[:CORE_STATES])
+        return sum(piece.act(t, motion, state[share]).flow for piece, share in self.shares)
+
     def at_rest(self, x_hc: float = 0.0, p: float = 0.0) -> np.ndarray:
         """State at rest with zero stroke, the pieces' own states at zero."""
         state = np.zeros(self.states)
         state[[0, 2, 4]] = x_hc, x_hc, p
         return state
 
+    def balanced(self, preload: float = 0.0) -> np.ndarray:
+        """State at rest in which all forces at t = 0 balance a compressive preload [N].
+
+        Newton's method for position and pressure; the stroke is zero. Without pieces that push at
+        rest it is x = -preload / k_LC and p = preload / S.
+        """
+        target = np.array([0.0, preload / self.rig.mass_plunger])
+        placed = np.zeros(2)
+        for _ in range(NEWTON_STEPS):
+            excess = self._accelerations(placed) - target
+            slopes = [
+                (self._accelerations(placed + step) - target - excess) / step.sum()
+                for step in np.diag(REST_STEPS)
+            ]
+            placed = placed - np.linalg.solve(np.stack(slopes, axis=1), excess)
+        return self.at_rest(*placed)
+
+    def _accelerations(self, placed: np.ndarray) -> np.ndarray:
+        """Of cylinder and plunger [m/s^2] from rest at a position and pressure."""
+        return np.array(self.rates(0.0, self.at_rest(*placed)))[[1, 3]]
+
 
 class Trajectory(NamedTuple):
-    """States, shape (states, times), and the plunger's acceleration [m/s^2] at those times."""
+    """Motion at some times: states (states, times), plunger's acceleration [m/s^2], hose's flow."""
 
     states: np.ndarray
     acceleration: np.ndarray
+    flow: np.ndarray
 
 
-def trajectory(plant: Plant, state: np.ndarray, times: np.ndarray) -> Trajectory:
+def trajectory(
+    plant: Plant, state: np.ndarray, times: np.ndarray, tolerance: float = TOLERANCE
+) -> Trajectory:
     """Integrate from `state` at t = 0 and give the motion at `times` (ascending, from 0 on).
 
     The solver restarts at every break of a piece, so it never steps over a switch of the valve.
@@ -164,26 +232,27 @@ def trajectory(plant: Plant, state: np.ndarray, times: np.ndarray) -> Trajectory
     """
     end = float(times[-1])
     breaks = {t for piece in plant.pieces for t in piece.breaks() if 0.0 < t < end}
-    states, accelerations = [], []
+    states, accelerations, flows = [], [], []
     for start, stop in pairwise(sorted({0.0, end} | breaks)):
         inside = times[(times >= start) & ((times < stop) | (stop == end))]
         part = plant.during(start, stop)
-        solution = _integrate(part, state, np.concatenate(([start], inside, [stop])))
+        solution = _integrate(part, state, np.concatenate(([start], inside, [stop])), tolerance)
         state = solution[-1]
         states.append(solution[1:-1])
         accelerations += [part.rates(t, y)[3] for t, y in zip(inside, states[-1], strict=True)]
-    return Trajectory(np.concatenate(states).T, np.array(accelerations))
+        flows += [part.hose_flow(t, y) for t, y in zip(inside, states[-1], strict=True)]
+    return Trajectory(np.concatenate(states).T, np.array(accelerations), np.array(flows))
 
 
-def _integrate(part: Plant, state: np.ndarray, times: np.ndarray) -> np.ndarray:
+def _integrate(part: Plant, state: np.ndarray, times: np.ndarray, tolerance: float) -> np.ndarray:
     """Solve a stretch without breaks; it ends at the last of `times`, shape (times, states)."""
     solution, notes = odeint(
         part.rates,
         state,
         times,
         tfirst=True,
-        rtol=1e-9,
-        atol=_absolute_tolerance(part.states),
+        rtol=tolerance,
+        atol=tolerance / TOLERANCE * absolute_tolerance(part.states),
         tcrit=times[-1:],
         mxstep=1_000_000,
         full_output=True,
@@ -193,7 +262,7 @@ def _integrate(part: Plant, state: np.ndarray, times: np.ndarray) -> np.ndarray:
     return solution
 
 
-def _absolute_tolerance(states: int) -> np.ndarray:
+def absolute_tolerance(states: int) -> np.ndarray:
     """1e-12 m, 1e-9 m/s, 0.1 Pa, far below the sensors' noise; own states count as lengths."""
     tolerance = np.full(states, 1e-12)
     tolerance[[1, 3]] = 1e-9
@@ -209,6 +278,7 @@ def readings(plant: Plant, motion: Trajectory, times: np.ndarray) -> dict[str, n
         "pressure": motion.states[4],
         "acceleration": motion.acceleration,
     }
-    for piece in plant.pieces:
-        values = piece.read(times, values)
+    core = Motion(*motion.states[:CORE_STATES])
+    for piece, share in plant.shares:
+        values = piece.read(Seen(times, core, motion.states[share], motion.flow), values)
     return values

@@ -1,6 +1,7 @@
 """Sensors and converters: gain, zero, noise, rounding to a step."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from itertools import accumulate
 
 import numpy as np
@@ -21,10 +22,36 @@ class Sensor:
     noise: float
     step: float
 
-    def codes(self, values: np.ndarray, noise: np.ndarray) -> np.ndarray:
-        """Convert true values to integer codes; `noise` is of unit variance."""
+    def reading(self, values: np.ndarray) -> np.ndarray:
+        """Read true values without noise and before conversion."""
+        return self.gain * values + self.zero
+
+    def codes(self, values: np.ndarray, noise: np.ndarray, top: float | None = None) -> np.ndarray:
+        """Convert true values to integer codes; `noise` is of unit variance, `top` the range's."""
         read = self.gain * values + self.zero + self.noise * noise
+        if top is not None:
+            read = np.minimum(read, top)
         return np.rint(read / self.step).astype(int)
+
+
+@dataclass(frozen=True)
+class Flaws:
+    """What can be wrong with records though no physics is missing.
+
+    - outliers: share of the samples that a spike has hit
+    - tops: ends of the range of sensors ("pressure,A" -> SI) that saturate
+    - tolerance: of the solver, where it is not the usual one
+    """
+
+    outliers: float = 0.0
+    tops: Mapping[str, float] = field(default_factory=dict)
+    tolerance: float | None = None
+
+
+def spikes(rng: np.random.Generator, size: int, share: float) -> np.ndarray:
+    """Spikes of 6 to 15 times the noise, either way, in a share of the samples; else zero."""
+    hit = rng.uniform(size=size) < share
+    return hit * rng.choice((-1.0, 1.0), size) * rng.uniform(6.0, 15.0, size)
 
 
 def unit_noise(rng: np.random.Generator, size: int, correlation: float = 0.0) -> np.ndarray:

@@ -6,7 +6,14 @@ import numpy as np
 
 from rigid.generator.constants import AREA, FAST_RATE, SLOW_RATE
 from rigid.generator.draw import Truth
-from rigid.generator.plant import Piece, Plant, Trajectory, readings, trajectory
+from rigid.generator.plant import (
+    TOLERANCE,
+    Piece,
+    Plant,
+    Trajectory,
+    readings,
+    trajectory,
+)
 from rigid.generator.schedule import Run
 
 
@@ -19,7 +26,12 @@ class Readings(NamedTuple):
 
 def plant_of(truth: Truth, run: Run, hidden: tuple[Piece, ...] = ()) -> Plant:
     """Assemble the cylinder as it is in this run."""
-    return Plant(truth.rig, (truth.friction, *run.pieces(truth.rig), *hidden))
+    return Plant(truth.rig, (truth.friction, *run.pieces(truth.rig), *acting(truth, run, hidden)))
+
+
+def acting(truth: Truth, run: Run, hidden: tuple[Piece, ...]) -> tuple[Piece, ...]:
+    """Pieces that stand for the hidden ones in this run."""
+    return tuple(one for piece in hidden for one in piece.within(truth.rig, run))
 
 
 def sampling_times(run: Run) -> np.ndarray:
@@ -29,24 +41,50 @@ def sampling_times(run: Run) -> np.ndarray:
     return np.arange(round(run.duration * SLOW_RATE) + 1) / SLOW_RATE
 
 
-def simulate(truth: Truth, run: Run, hidden: tuple[Piece, ...] = ()) -> Readings:
-    """Integrate the run and read it with perfect sensors."""
+def simulate(
+    truth: Truth, run: Run, hidden: tuple[Piece, ...] = (), tolerance: float = TOLERANCE
+) -> Readings:
+    """Integrate the run and read it with perfect sensors; `tolerance` is the solver's."""
     plant = plant_of(truth, run, hidden)
     times = sampling_times(run)
+    known = not acting(truth, run, hidden)  # at rest in closed form
     if run.kind == "release":
-        return Readings(times, _release(plant, run, times))
-    return Readings(times, readings(plant, trajectory(plant, plant.at_rest(), times), times))
+        return Readings(times, _release(plant, run, known, tolerance))
+    rest = plant.at_rest() if known else plant.balanced()
+    return Readings(times, _slow(plant, rest, times, tolerance))
 
 
-def _release(plant: Plant, run: Run, times: np.ndarray) -> dict[str, np.ndarray]:
+def _slow(
+    plant: Plant, rest: np.ndarray, times: np.ndarray, tolerance: float
+) -> dict[str, np.ndarray]:
+    """Read every channel when its recorder does; before the record begins the rig is at rest."""
+    delays: dict[str, float] = {}
+    for piece in plant.pieces:
+        for channel, delay in piece.delays().items():
+            delays[channel] = delays.get(channel, 0.0) + delay
+    # Whole nanoseconds: the solver cannot step from a break to a sample 1e-16 s after it.
+    looked = {d: np.round(np.maximum(times - d, 0.0), 9) for d in delays.values()} | {0.0: times}
+    every = np.unique(np.concatenate(list(looked.values())))
+    values = readings(plant, trajectory(plant, rest, every, tolerance), every)
+    return {
+        channel: read[np.searchsorted(every, looked[delays.get(channel, 0.0)])]
+        for channel, read in values.items()
+    }
+
+
+def _release(plant: Plant, run: Run, known: bool, tolerance: float) -> dict[str, np.ndarray]:
     """At rest under the preload; then the load is gone at once. Pieces see time from the release.
 
     While the hook holds, forces balance and nothing moves; after it, no outer force is left.
     """
+    times = sampling_times(run)
     preload, release_time = run.hook()
     rest = plant.at_rest(x_hc=-preload / plant.rig.k_LC, p=preload / AREA)
+    if not known:
+        rest = plant.balanced(preload)
     quiet = int(np.count_nonzero(times < release_time))
-    motion = trajectory(plant, rest, np.append(0.0, times[quiet:] - release_time))
+    motion = trajectory(plant, rest, np.append(0.0, times[quiet:] - release_time), tolerance)
     states = np.column_stack([np.repeat(rest[:, None], quiet, axis=1), motion.states[:, 1:]])
     acceleration = np.append(np.zeros(quiet), motion.acceleration[1:])
-    return readings(plant, Trajectory(states, acceleration), times)
+    flow = np.append(np.zeros(quiet), motion.flow[1:])
+    return readings(plant, Trajectory(states, acceleration, flow), times)

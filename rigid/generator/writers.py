@@ -9,11 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from rigid.generator.constants import COUNT, FAST_RATE, FILE_UNITS, PSI, SLOW_RATE
+from rigid.generator.constants import COUNT, FAST_RATE, FILE_UNITS, SLOW_RATE
 from rigid.generator.draw import Truth
 
 STATION = '"TOA5","SimulatedRig","CR6","2611","CR6.Std.07.02","CPU:Rig.CR6","41873","Calibration"'
-STEPS = {"load": 295.0, "stroke": 0.22e-3, "pressure": 5 * PSI}  # SI, as the logger knows them
 LABELS = {"load": "Load", "stroke": "Stroke", "pressure": "Press"}
 
 
@@ -25,12 +24,13 @@ def column(channel: str, cylinder: str) -> str:
 def write_toa5(
     path: Path,
     codes: dict[tuple[str, str], np.ndarray],
+    steps: dict[tuple[str, str], float],
     start: datetime,
     first_record: int,
 ) -> int:
     """Write one table of the CR6; gives the number of the record after the last.
 
-    - codes: converter codes by (channel, cylinder)
+    - codes: converter codes by (channel, cylinder); steps: what one is worth, SI
     - start: the logger's clock at the first row
     """
     units = [FILE_UNITS[channel] for channel, _ in codes]
@@ -40,7 +40,7 @@ def write_toa5(
         _quoted(["TS", "RN", *(name for name, _, _ in units)]),
         _quoted(["", "", *("Smp" for _ in units)]),
     ]
-    rows = np.column_stack([STEPS[key[0]] * values for key, values in codes.items()])
+    rows = np.column_stack([steps[key] * values for key, values in codes.items()])
     rows /= [scale for _, scale, _ in units]
     decimals = [places for _, _, places in units]
     number = count(first_record)

@@ -10,7 +10,7 @@ from scipy.linalg import expm
 from rigid.generator.constants import AREA
 from rigid.generator.friction import Friction
 from rigid.generator.pieces import Frame, Ice, Pump, pump_flow
-from rigid.generator.plant import Action, Motion, Piece, Plant, Rig, readings, trajectory
+from rigid.generator.plant import Action, Motion, Piece, Plant, Rig, Seen, readings, trajectory
 
 RIG = Rig(k_LC=6e7, k_oil=2e9, L_0=0.2, M_HC=60.0, M_Pl=10.0, M_Fl=200.0, k_frame=2.857e8)
 FRICTION = Friction(mu_inf=8e4, mu_1=9e5, tau_1=0.2, mu_2=1.2e5, tau_2=8e-3)
@@ -183,7 +183,7 @@ class Leak(Piece):
     conductance: float
 
     def act(self, t: float, motion: Motion, own: list[float]) -> Action:  # noqa: ARG002
-        return Action(flow=-self.conductance * motion.p)
+        return Action(loss=self.conductance * motion.p)
 
 
 @dataclass(frozen=True)
@@ -202,8 +202,8 @@ class LateStroke(Piece):
 
     delay: float
 
-    def read(self, times: np.ndarray, readings: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-        late = np.interp(times - self.delay, times, readings["stroke"])
+    def read(self, seen: Seen, readings: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        late = np.interp(seen.times - self.delay, seen.times, readings["stroke"])
         return readings | {"stroke": late}
 
 

@@ -1,0 +1,83 @@
+"""Causes to hide in a campaign: every effect that can be missing, and forms no catalogue has.
+
+Each is written down a second time here, where possible with another functional form than that of
+the model which is to find it.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from rigid.generator.hidden.base import Hidden
+from rigid.generator.hidden.dry import Coulomb, LuGre, PressureDependent, Stribeck
+from rigid.generator.hidden.flow import PumpSlip, Ripple, StageSwitch, ValveDribble, ValveEvent
+from rigid.generator.hidden.forces import BackwardViscosity, ConstantForce, Memory, ReturnSpring
+from rigid.generator.hidden.oil import Air, EffectiveArea, Leakage
+from rigid.generator.hidden.sensing import (
+    ClockOffset,
+    GaugeJump,
+    HoseDrop,
+    LoadCreep,
+    LoadDrift,
+    StrokeLag,
+    StrokeWave,
+)
+from rigid.generator.hidden.structure import GuideDrag, RootPlate, Slack, Stiffening
+from rigid.generator.hidden.unknown import OilStiffening, RoughBore
+from rigid.generator.schedule import Run
+
+CATALOGUED: dict[str, type[Hidden]] = {
+    cause.name: cause
+    for cause in (
+        Coulomb,
+        Stribeck,
+        LuGre,
+        Memory,
+        PressureDependent,
+        ReturnSpring,
+        EffectiveArea,
+        Leakage,
+        Air,
+        HoseDrop,
+        StageSwitch,
+        Ripple,
+        ValveEvent,
+        Stiffening,
+        RootPlate,
+        Slack,
+        StrokeLag,
+        LoadDrift,
+        ClockOffset,
+        ConstantForce,
+        BackwardViscosity,
+    )
+}
+OUTSIDE: dict[str, type[Hidden]] = {
+    cause.name: cause
+    for cause in (
+        RoughBore,
+        GuideDrag,
+        OilStiffening,
+        PumpSlip,
+        ValveDribble,
+        GaugeJump,
+        StrokeWave,
+        LoadCreep,
+    )
+}
+HIDDEN = CATALOGUED | OUTSIDE
+
+
+def hide(name: str, rng: np.random.Generator, runs: Sequence[Run]) -> Hidden:
+    """Draw a cause by name, at its typical amplitude.
+
+    - rng: of its other numbers; runs: those of the campaign, one of which it may be confined to
+
+    Raises ValueError for a name that is none of HIDDEN.
+    """
+    if name not in HIDDEN:
+        raise ValueError(f"nothing is called '{name}' here; known are {', '.join(HIDDEN)}")
+    return HIDDEN[name].drawn(rng, runs)
+
+
+__all__ = ["CATALOGUED", "HIDDEN", "OUTSIDE", "Hidden", "hide"]

@@ -1,0 +1,160 @@
+"""Does discovery find what is missing, name it rightly, and keep quiet when nothing is?
+
+    python tests/studies/discovery.py --size small --out docs/studies/discovery
+    python tests/studies/discovery.py --size standard --part 0/2 --out docs/studies/discovery
+
+Simulates the campaigns of discovery_cases.py with seeds of their own (from FIRST_SEED on; all
+development used lower ones), runs discovery on each as the command does, and writes a line a
+campaign to OUT/discovery-SIZE.K.jsonl and the page to OUT.md. Resumable: a campaign that has its
+line is not run again. `--page` writes the page alone. `--lookalikes` computes anew which causes
+leave the same trace (OUT/lookalikes.json), from seeds of development.
+
+Discovery sees the spec and the records. Truth goes from the generator to the line of the campaign
+and nowhere else.
+"""
+
+import argparse
+import contextlib
+import io
+import json
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from discovery_cases import CLOCK, Case, Made, cases, make
+from discovery_page import page
+
+LOOKALIKE_SEEDS = (890_001, 890_002, 890_003)
+
+
+def options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--size", choices=("small", "standard"), default="small")
+    parser.add_argument("--part", default="0/1", help="K/N: every N-th campaign from the K-th on")
+    parser.add_argument("--out", type=Path, default=Path("docs/studies/discovery"))
+    parser.add_argument("--closure", action="store_true", help="gap closure on left-out blocks too")
+    parser.add_argument("--page", action="store_true", help="write the page from what there is")
+    parser.add_argument("--lookalikes", action="store_true")
+    return parser.parse_args()
+
+
+def lines_of(paths: list[Path]) -> list[dict]:
+    """Rows of the files that are there."""
+    rows = []
+    for path in paths:
+        if path.exists():
+            rows += [json.loads(line) for line in path.read_text("utf-8").splitlines()]
+    return rows
+
+
+def discovered(made: Made, seed: int, folder: Path) -> tuple[dict, float]:
+    """Run discovery as the command does; gives discovery.json and the seconds it took.
+
+    What the command refuses or fails at has a `verdict` of its own here, and what it said.
+    """
+    from rigid import discover as command
+    from rigid.cli import Options
+    from rigid.errors import RigidError
+
+    began = time.monotonic()
+    given = Options(
+        spec=str(made.spec), out=folder, seed=seed, resume=False, quiet=True, as_json=True
+    )
+    try:
+        with contextlib.redirect_stdout(io.StringIO()):
+            status = command.discover(given)
+        found = json.loads((folder / "discovery.json").read_text("utf-8")) | {"status": status}
+    except RigidError as error:
+        verdict = "refused" if error.status == 2 else "failed"
+        found = {"verdict": verdict, "steps": [], "says": str(error), "status": error.status}
+    return found, time.monotonic() - began
+
+
+def one_campaign(case: Case, with_closure: bool) -> dict:
+    """Make a campaign, run discovery on it, and put truth and answer into one row."""
+    row: dict = {"case": case._asdict(), "seed": case.seed}
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        began = time.monotonic()
+        try:
+            made = make(case, folder)
+        except ValueError as error:
+            return row | {"answer": {"verdict": "unreachable", "steps": [], "says": str(error)}}
+        row["made_s"] = round(time.monotonic() - began, 1)
+        row["truth"] = json.loads((folder / "truth.json").read_text("utf-8"))["hidden"]
+        answer, seconds = discovered(made, case.seed, folder / "out")
+        row |= {"answer": answer, "discover_s": round(seconds, 1)}
+        if with_closure and case.population == "single" and case.strength >= 8.0:
+            from discovery_closure import closures
+
+            row["closure"] = closures(made, answer, case.seed)
+    return row
+
+
+def lookalikes(path: Path) -> None:
+    """Write the cosines between the traces of all causes, the mean over some campaigns."""
+    import numpy as np
+
+    from rigid.generator import Conditions
+    from rigid.generator.campaign import drawn
+    from rigid.generator.draw import stream
+    from rigid.generator.hidden import HIDDEN, hide
+    from rigid.generator.strength import ground
+
+    found = []
+    for seed in LOOKALIKE_SEEDS:
+        truth = drawn(seed, Conditions(clock=CLOCK), field=False)
+        on = ground(truth)
+        causes = [hide(name, stream(seed, "hidden", name), truth.runs) for name in HIDDEN]
+        traces = [on.trace(cause) for cause in causes]  # each about as strong as 8
+        signs = np.array([getattr(cause, "sign", 1) for cause in causes])
+        found.append(signs[:, None] * on.cosines(traces) * signs)
+        sys.stderr.write(f"cosines of seed {seed}\n")
+    either = [name for name, cause in HIDDEN.items() if "sign" in cause.__dataclass_fields__]
+    cosines = np.mean(found, axis=0).round(3).tolist()
+    stored = {"seeds": LOOKALIKE_SEEDS, "names": list(HIDDEN), "either_sign": either}
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(stored | {"cosines": cosines}) + "\n", encoding="utf-8")
+
+
+def commit() -> str:
+    """Name of the code that ran."""
+    told = subprocess.run(
+        ["git", "describe", "--always", "--dirty"], capture_output=True, text=True, check=False
+    )
+    return told.stdout.strip()
+
+
+def main() -> int:
+    args = options()
+    if args.lookalikes:
+        lookalikes(args.out / "lookalikes.json")
+        return 0
+    part, parts = (int(x) for x in args.part.split("/"))
+    listed = cases(args.size)
+    if not args.page:
+        from rigid.runtime import prepare
+
+        prepare()
+        args.out.mkdir(parents=True, exist_ok=True)
+        path = args.out / f"discovery-{args.size}.{part}.jsonl"
+        done = {row["case"]["number"] for row in lines_of([path])}
+        for case in listed[part::parts]:
+            if case.number in done:
+                continue
+            row = one_campaign(case, args.closure) | {"commit": commit()}
+            with path.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(row) + "\n")
+            says = row["answer"]["verdict"], [s.get("effect") for s in row["answer"]["steps"]]
+            sys.stderr.write(f"campaign {case.number} of {len(listed)}, {case[1:]}: {says}\n")
+    rows = lines_of(sorted(args.out.glob(f"discovery-{args.size}.*.jsonl")))
+    known = json.loads((args.out / "lookalikes.json").read_text("utf-8"))
+    text = page(rows, known, len(listed), args.size)
+    args.out.with_suffix(".md").write_text(text, encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,291 @@
+"""The page of the discovery benchmark, from its rows."""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+import numpy as np
+from discovery_cases import NAMES
+from discovery_scores import (
+    BINS,
+    CONFIDENT,
+    NO_ANSWER,
+    NOTHING,
+    UNNAMED,
+    Known,
+    calibration_error,
+    forecaster_band,
+    forecasts,
+    known_from,
+    log_scores,
+    lower,
+    overlap,
+    parted,
+    placed,
+    stated,
+    statement,
+    true_names,
+    upper,
+)
+
+Row = Mapping
+STRENGTHS = (1.0, 2.0, 3.0, 5.0, 8.0, 12.0)
+HEAD = """\
+# Discovery
+
+Does discovery find what is missing, name it rightly, and keep quiet when nothing is? Campaigns are
+simulated by code that shares nothing with the model, most causes in another functional form
+([hidden-causes.md](../hidden-causes.md)), with seeds that no development used; strength is what is
+left of a cause once all constants are refitted. Bounds are one-sided, 95 %, after Clopper and
+Pearson. All of it is simulated.
+
+`python tests/studies/discovery.py --size {size}`, code of {commits}: {done} of {planned} campaigns.
+"""
+
+
+def page(rows: Sequence[Row], lookalikes: Mapping, planned: int, size: str) -> str:
+    """Write the page; a section without a campaign yet says so."""
+    known = known_from(lookalikes)
+    commits = ", ".join(sorted({row["commit"] for row in rows})) or "no commit"
+    head = HEAD.format(size=size, commits=commits, done=len(rows), planned=planned)
+    good = [row for row in rows if row["answer"]["verdict"] not in NO_ANSWER]
+    sections = [
+        _alarms(good),
+        _power(good),
+        _places(good),
+        _names(good, known),
+        _open(good, known),
+        _pairs(good),
+        _confidence(good),
+        _confusion(good),
+        _closure(good),
+        _cost(rows),
+    ]
+    return "\n".join([head, *sections])
+
+
+def _of(rows: Iterable[Row], *populations: str) -> list[Row]:
+    return [row for row in rows if row["case"]["population"] in populations]
+
+
+def _share(rows: Sequence[Row], true: Callable[[Row], bool]) -> str:
+    """Count, share and both bounds of those rows for which something holds."""
+    count, of = sum(map(true, rows)), len(rows)
+    if of == 0:
+        return "0 of 0 | - | -"
+    bounds = f"{100 * lower(count, of):.1f}-{100 * upper(count, of):.1f} %"
+    return f"{count} of {of} | {100 * count / of:.1f} % | {bounds}"
+
+
+def _table(head: str, lines: Iterable[str]) -> str:
+    columns = head.count("|") - 1
+    return "\n".join([head, "|" + "---|" * columns, *lines]) + "\n"
+
+
+def _alarms(rows: Sequence[Row]) -> str:
+    groups = {"clean": _of(rows, "clean"), "hard, all": _of(rows, "hard")}
+    for row in groups["hard, all"]:
+        groups.setdefault(row["case"]["condition"], []).append(row)
+
+    def line(name: str, group: Sequence[Row]) -> str:
+        alarms = [row for row in group if row["answer"]["verdict"] != "nothing-missing"]
+        named = sum(statement(row["answer"]) != UNNAMED for row in alarms)
+        bound = f"{100 * upper(len(alarms), len(group)):.1f} %" if group else "-"
+        return f"| {name} | {len(group)} | {len(alarms)} | {named} | {bound} |"
+
+    return "## False alarms\n\n" + _table(
+        "| nothing is missing | campaigns | alarms | with a name | upper bound |",
+        [line(name, group) for name, group in groups.items()],
+    )
+
+
+def _power(rows: Sequence[Row]) -> str:
+    singles = _of(rows, "single")
+    lines = []
+    for strength in STRENGTHS:
+        group = [row for row in singles if row["case"]["strength"] == strength]
+        found = _share(group, lambda row: row["answer"]["verdict"] != "nothing-missing")
+        named = _share(group, lambda row: statement(row["answer"]) in true_names(row))
+        lines.append(f"| {strength:g} | {found} | {named} |")
+    head = "| strength | found | | bounds | right name first | | bounds |"
+    return "## Power\n\nSingle effects of the catalogue.\n\n" + _table(head, lines)
+
+
+def _places(rows: Sequence[Row]) -> str:
+    strong = [row for row in _of(rows, "single") if row["case"]["strength"] >= 5.0]
+    windows = [share for row in strong if (share := overlap(row)) is not None]
+    lines = [
+        f"| equation | {_share(strong, lambda row: placed(row)[0])} |",
+        f"| record | {_share(strong, lambda row: placed(row)[1])} |",
+        f"| both | {_share(strong, lambda row: all(placed(row)))} |",
+    ]
+    text = _table("| right at once | strength 5 and more | | bounds |", lines)
+    if windows:
+        middle = np.median(windows)
+        text += f"\nStretch of time of a valve event: median overlap {middle:.2f} of the union, "
+        text += f"{len(windows)} campaigns.\n"
+    return "## Where\n\n" + text
+
+
+def _among(row: Row, known: Known) -> list[str]:
+    """Names that the catalogue holds in a campaign."""
+    out = set(row["case"]["without"])
+    return [name for name in NAMES if name not in out and name in known.names]
+
+
+def _apart(row: Row, known: Known) -> bool:
+    case = row["case"]
+    return parted(known, case["hide"][0], case["strength"], _among(row, known))
+
+
+def _within(row: Row) -> bool:
+    """Whether the verdict is `indistinguishable` with the true effect among those it names."""
+    answer = row["answer"]
+    return answer["verdict"] == "indistinguishable" and bool(true_names(row) & set(stated(answer)))
+
+
+def _names(rows: Sequence[Row], known: Known) -> str:
+    strong = [row for row in _of(rows, "single") if row["case"]["strength"] >= 5.0]
+    apart = [row for row in strong if _apart(row, known)]
+    alike = [row for row in strong if not _apart(row, known)]
+    lines = [
+        f"| can be told apart: right name first | "
+        f"{_share(apart, lambda row: statement(row['answer']) in true_names(row))} |",
+        f"| cannot: `indistinguishable`, the true one among them | {_share(alike, _within)} |",
+        f"| aliased records: the same | {_share(_of(rows, 'aliased'), _within)} |",
+        f"| uneven records: right name first or the same | "
+        f"{_share(_of(rows, 'uneven'), _named_or_within)} |",
+    ]
+    return (
+        "## Names\n\nTwo causes can be told apart where s sqrt((1 - c)/2) is 1.64 or more, c the "
+        "cosine of their traces in whole campaigns (lookalikes.json). Strength 5 and more.\n\n"
+        + _table("| | campaigns | | bounds |", lines)
+    )
+
+
+def _named_or_within(row: Row) -> bool:
+    return statement(row["answer"]) in true_names(row) or _within(row)
+
+
+def _misnamed(row: Row) -> bool:
+    """Whether a wrong name is given with confidence."""
+    said = statement(row["answer"])
+    wrong = said not in {NOTHING, UNNAMED} and said not in row["case"]["hide"]
+    return wrong and stated(row["answer"]).get(said, 1.0) >= CONFIDENT
+
+
+def _flagged(row: Row) -> bool:
+    """Whether something is said to be missing, and no wrong name is given with confidence."""
+    return row["answer"]["verdict"] != "nothing-missing" and not _misnamed(row)
+
+
+def _open(rows: Sequence[Row], known: Known) -> str:
+    strong = [row for row in _of(rows, "taken out", "outside") if row["case"]["strength"] >= 5.0]
+    lines = []
+    for title, group in (
+        ("no lookalike inside", [row for row in strong if _apart(row, known)]),
+        ("a lookalike inside", [row for row in strong if not _apart(row, known)]),
+    ):
+        lines += [
+            f"| {title}: flagged | {_share(group, _flagged)} |",
+            f"| {title}: verdict `unnamed` | "
+            f"{_share(group, lambda row: statement(row['answer']) == UNNAMED)} |",
+            f"| {title}: a wrong name at p of 0.9 and more | {_share(group, _misnamed)} |",
+        ]
+    return "## Outside the catalogue\n\nStrength 5 and more.\n\n" + _table(
+        "| | campaigns | | bounds |", lines
+    )
+
+
+def _pairs(rows: Sequence[Row]) -> str:
+    pairs = _of(rows, "pair")
+
+    def said(row: Row) -> set[str]:
+        return {step.get("effect") for step in row["answer"]["steps"]}
+
+    lines = [
+        f"| at least one of the two | {_share(pairs, lambda r: bool(said(r) & true_names(r)))} |",
+        f"| both | {_share(pairs, lambda r: said(r) >= true_names(r))} |",
+        f"| both and nothing else | {_share(pairs, lambda r: said(r) == true_names(r))} |",
+    ]
+    return "## Pairs\n\n" + _table("| named | campaigns | | bounds |", lines)
+
+
+def _confidence(rows: Sequence[Row]) -> str:
+    probability, right = forecasts(rows)
+    if not len(probability):
+        return "## Confidence\n\nNo verdict has a probability yet.\n"
+    place = np.minimum((probability * BINS).astype(int), BINS - 1)
+    lines = [
+        f"| {i / BINS:.1f}-{(i + 1) / BINS:.1f} | {np.sum(place == i)} | "
+        f"{probability[place == i].mean():.3f} | {right[place == i].mean():.3f} |"
+        for i in range(BINS)
+        if np.any(place == i)
+    ]
+    scores = log_scores(rows)
+    return (
+        "## Confidence\n\n"
+        + _table("| stated | verdicts | mean stated | share right |", lines)
+        + f"\nExpected calibration error {calibration_error(probability, right):.3f} on "
+        f"{len(probability)} verdicts; a perfect forecaster stays below "
+        f"{forecaster_band(probability):.3f} in 95 % of the cases. Log score {scores.mean():.3f} "
+        f"nats (the mean of -log p of what was true; 0 is best), {len(scores)} verdicts.\n"
+    )
+
+
+def _confusion(rows: Sequence[Row]) -> str:
+    counts: dict[str, Counter] = {}
+    for row in rows:
+        case = row["case"]
+        if case["population"] in {"pair", "aliased", "uneven"}:
+            continue
+        truth = case["condition"] or " + ".join(case["hide"]) or NOTHING
+        if case["population"] == "taken out":
+            truth += " (taken out)"
+        counts.setdefault(truth, Counter())[statement(row["answer"])] += 1
+    lines = [
+        f"| {truth} | {said.total()} | "
+        + ", ".join(f"{n} {w}" for w, n in said.most_common())
+        + " |"
+        for truth, said in counts.items()
+    ]
+    return "## What was said of what\n\n" + _table("| truth | campaigns | said first |", lines)
+
+
+def _closure(rows: Sequence[Row]) -> str:
+    found = [row["closure"] for row in rows if row.get("closure")]
+    if not found:
+        return (
+            "## Repair\n\nNot computed in this run (`--closure`): the part of the excess misfit to "
+            "the noiseless signal that closes on left-out blocks.\n"
+        )
+    lines = []
+    for key, title in (("named", "effect that was named"), ("placebo", "placebo")):
+        values = [one[key] for one in found if one[key] is not None]
+        if values:
+            low, middle, high = np.quantile(values, (0.25, 0.5, 0.75))
+            lines.append(f"| {title} | {len(values)} | {middle:.2f} | {low:.2f}-{high:.2f} |")
+    return (
+        "## Repair\n\nPart of the excess misfit to the noiseless signal that closes on left-out "
+        "blocks, strength 8 and more; 1 is all of it.\n\n"
+        + _table("| added | campaigns | median | quartiles |", lines)
+    )
+
+
+def _cost(rows: Sequence[Row]) -> str:
+    times = {
+        "discovery": [row["discover_s"] for row in rows if "discover_s" in row],
+        "making the campaign": [row["made_s"] for row in rows if "made_s" in row],
+    }
+    lines = [
+        f"| {name} | {len(t)} | {np.median(t):.0f} | {np.quantile(t, 0.9):.0f} |"
+        for name, t in times.items()
+        if t
+    ]
+    lost = Counter(row["answer"]["verdict"] for row in rows)
+    return (
+        "## Cost\n\n"
+        + _table("| wall time | campaigns | median, s | 90 % below, s |", lines)
+        + "\nNot counted above: "
+        + ", ".join(f"{lost[name]} {name}" for name in NO_ANSWER)
+        + ".\n"
+    )

@@ -1,0 +1,144 @@
+"""What the answers of the discovery benchmark are worth: counts, bounds, calibration."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import beta, norm
+
+NOTHING, UNNAMED = "nothing", "unnamed"
+NO_ANSWER = ("refused", "failed", "unreachable")
+LEVEL = 0.95
+CONFIDENT = 0.9
+TOLD_APART = float(norm.ppf(LEVEL))
+"""Least s sqrt((1 - c)/2) at which an oracle parts two effects in 95 % of the cases, 1.64."""
+FLOOR = 1e-3
+"""A probability of 0 for what was true counts as this in the log score."""
+BINS = 10
+FORECASTERS = 2000
+
+
+def upper(count: int, of: int) -> float:
+    """One-sided upper 95 % bound of a share (Clopper and Pearson 1934, Biometrika 26)."""
+    return 1.0 if count == of else float(beta.ppf(LEVEL, count + 1, of - count))
+
+
+def lower(count: int, of: int) -> float:
+    """One-sided lower 95 % bound of a share."""
+    return 0.0 if count == 0 else float(beta.ppf(1.0 - LEVEL, count, of - count + 1))
+
+
+def statement(answer: Mapping) -> str:
+    """What an answer says first: an effect, "nothing" or "unnamed"."""
+    steps = answer["steps"]
+    if answer["verdict"] == "nothing-missing" or not steps:
+        return UNNAMED if answer["verdict"] == "unnamed" else NOTHING
+    return steps[0].get("effect") or UNNAMED
+
+
+def stated(answer: Mapping) -> dict[str, float]:
+    """Probabilities that an answer gives, by what they are of."""
+    if "probabilities" in answer:
+        return dict(answer["probabilities"])
+    if not answer["steps"]:
+        return {}
+    step = answer["steps"][0]
+    found = {a["effect"]: a["probability"] for a in step.get("alternatives", [])}
+    if step.get("probability") is not None:
+        found[statement(answer)] = step["probability"]
+    return found
+
+
+def true_names(row: Mapping) -> set[str]:
+    """What would be right to say first."""
+    case = row["case"]
+    if not case["hide"]:
+        return {NOTHING}
+    if case["population"] in {"taken out", "outside"}:
+        return {UNNAMED}
+    return set(case["hide"])
+
+
+class Known(NamedTuple):
+    """Cosines between the traces of causes, as lookalikes.json has them."""
+
+    names: list[str]
+    either_sign: list[str]
+    cosines: np.ndarray
+
+    def cosine(self, one: str, other: str) -> float:
+        """Cosine; for an effect of either sign its size counts."""
+        value = float(self.cosines[self.names.index(one), self.names.index(other)])
+        return abs(value) if {one, other} & set(self.either_sign) else value
+
+
+def known_from(stored: Mapping) -> Known:
+    """Read lookalikes.json."""
+    return Known(stored["names"], stored["either_sign"], np.array(stored["cosines"]))
+
+
+def parted(known: Known, name: str, strength: float, others: Iterable[str]) -> bool:
+    """Whether an oracle could part a cause from every other one at a strength."""
+    closest = max((known.cosine(name, other) for other in others if other != name), default=0.0)
+    return strength * math.sqrt((1.0 - closest) / 2.0) >= TOLD_APART
+
+
+def calibration_error(probability: np.ndarray, right: np.ndarray) -> float:
+    """Expected calibration error in ten bins of equal width.
+
+    - probability (n,): stated; right (n,): 0 or 1. Source: Naeini, Cooper, Hauskrecht 2015, AAAI.
+    """
+    place = np.minimum((probability * BINS).astype(int), BINS - 1)
+    off = np.bincount(place, probability - right, BINS)
+    return float(np.abs(off).sum() / len(probability))
+
+
+def forecaster_band(probability: np.ndarray, seed: int = 1) -> float:
+    """95 % quantile of the error of a forecaster whose probabilities, these, are right."""
+    rng = np.random.default_rng(seed)
+    draws = rng.uniform(size=(FORECASTERS, len(probability))) < probability
+    errors = [calibration_error(probability, drawn) for drawn in draws.astype(float)]
+    return float(np.quantile(errors, LEVEL))
+
+
+def forecasts(rows: Sequence[Mapping]) -> tuple[np.ndarray, np.ndarray]:
+    """Probability of each first statement (n,) and whether it was right (n,)."""
+    pairs = []
+    for row in rows:
+        said, given = statement(row["answer"]), stated(row["answer"])
+        if said in given:
+            pairs.append((given[said], float(said in true_names(row))))
+    array = np.array(pairs).reshape(-1, 2)
+    return array[:, 0], array[:, 1]
+
+
+def log_scores(rows: Sequence[Mapping]) -> np.ndarray:
+    """Minus the log of the probability given to what was true (n,), where any was given."""
+    scores = []
+    for row in rows:
+        given = stated(row["answer"])
+        if given:
+            share = sum(given.get(name, 0.0) for name in true_names(row))
+            scores.append(-math.log(max(share, FLOOR)))
+    return np.array(scores)
+
+
+def overlap(row: Mapping) -> float | None:
+    """Overlap of stated and true stretch of time over their union; None where either has none."""
+    truth = row["truth"][0]["parameters"]
+    window = (row["answer"]["steps"] or [{}])[0].get("where", {}).get("time_s")
+    if "start" not in truth or not window:
+        return None
+    both = min(window[1], truth["end"]) - max(window[0], truth["start"])
+    either = max(window[1], truth["end"]) - min(window[0], truth["start"])
+    return max(both, 0.0) / either
+
+
+def placed(row: Mapping) -> tuple[bool, bool]:
+    """Whether the first step's equation and record are those of a hidden cause."""
+    where = (row["answer"]["steps"] or [{}])[0].get("where") or {}
+    equations = {told["equation"] for told in row["truth"]}
+    records = {record.split(",")[0] for told in row["truth"] for record in told["records"]}
+    said = str(where.get("record") or "").split(",")[0]
+    return where.get("equation") in equations, said in records
