@@ -2,6 +2,8 @@
 
 from collections.abc import Iterator, Mapping
 
+import numpy as np
+
 from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.effects.base import MOTION, PriorDescription
 from rigid.effects.pump_curve import STEEPNESS
@@ -40,6 +42,9 @@ its slope at p_max."""
 MOTION_CONSTANTS = ("M_Pl", "S_Pl", "presliding")
 """Constants of one body: its mass, the area that a pressure acts on, where bristles slide."""
 
+COARSEST = 16
+"""Most stated steps that a converter is believed to have taken as one."""
+
 NOISE_FACTOR = 1.5
 """The sheet gives the noise of one sample as 'about' so much."""
 
@@ -60,7 +65,7 @@ def assemble(spec: Spec, records: tuple[Record, ...]) -> Problem:
     confined(spec, tracks)
     bent = near_the_bend(spec, series)
     groups = Grouping(effects, dict(spec.model.vary), dict(spec.model.only), bent)(tracks)
-    return Problem(effects, parameters, groups, make_pieces(groups, series, sheets(spec)))
+    return Problem(effects, parameters, groups, make_pieces(groups, series, sheets(spec, series)))
 
 
 def chosen_effects(spec: Spec) -> tuple[type[AbstractEffect], ...]:
@@ -121,13 +126,34 @@ def near_the_bend(spec: Spec, series: Mapping[str, Series]) -> frozenset[str]:
     return frozenset(label for label, one in series.items() if greatest(one) > limit)
 
 
-def sheets(spec: Spec) -> dict[str, SensorSheet]:
-    """Sensor sheets by quantity."""
+def sheets(spec: Spec, series: Mapping[str, Series] | None = None) -> dict[str, SensorSheet]:
+    """Sensor sheets by quantity.
+
+    - `series`: what was read, by the label of the track. Where every reading of a quantity falls on
+      a multiple of the stated step, the converter was coarser than its sheet says, and a sample is
+      an interval of the width that it really had.
+    """
     out = {}
     for quantity, sheet in spec.sensors.stated.items():
         if quantity in UNITS:
-            out[quantity] = SensorSheet(sheet.step, sheet.noise, sheet.gain_sd, sheet.zero_sd)
+            read = [s for s in (series or {}).values() if s.has(quantity)]
+            coarser = coarseness(read, quantity, sheet.step)
+            step = sheet.step * coarser
+            out[quantity] = SensorSheet(
+                step, sheet.noise, sheet.gain_sd, sheet.zero_sd, stated_step=sheet.step
+            )
     return out
+
+
+def coarseness(read: list[Series], quantity: str, step: float) -> int:
+    """How many stated steps every change of a reading is a multiple of; 1 where it says nothing."""
+    if step == 0.0 or not read:
+        return 1
+    common = 0
+    for one in read:
+        codes = np.round(one.data[quantity][one.weight[quantity] > 0] / step).astype(np.int64)
+        common = int(np.gcd.reduce(np.append(np.diff(codes), common)))
+    return common if 1 < common <= COARSEST else 1
 
 
 def list_parameters(

@@ -31,17 +31,20 @@ class SensorSheet:
 
     - `step`: of the converter, 0 where there is none. - `noise`: sd of one sample before it.
     - `gain_sd` [-], `zero_sd`: spread of gain and zero between sensors.
+    - `stated_step`: what the sheet says where the converter was found to be coarser; None: `step`.
     """
 
     step: float
     noise: float
     gain_sd: float
     zero_sd: float
+    stated_step: float | None = None
 
     @property
     def floor(self) -> float:
-        """Least root mean square of residuals: noise and rounding together."""
-        return float(np.sqrt(self.noise**2 + self.step**2 / 12.0))
+        """Least root mean square of residuals that the sheet allows: noise and rounding."""
+        step = self.step if self.stated_step is None else self.stated_step
+        return float(np.sqrt(self.noise**2 + step**2 / 12.0))
 
     @property
     def spread(self) -> Spread:

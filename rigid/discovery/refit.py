@@ -38,7 +38,11 @@ class Refit:
 
 def standard_of(law: AbstractLaw, value: float) -> float:
     """Quantile of a value under a law, on the standard normal scale."""
-    return float(np.interp(value, np.asarray(law.from_standard(GRID)), GRID))
+    values = np.asarray(law.from_standard(GRID))
+    rising = values[-1] >= values[0]  # a lognormal law of negative values falls
+    return float(
+        np.interp(value, values if rising else values[::-1], GRID if rising else GRID[::-1])
+    )
 
 
 def worth_refitting(found: Explained) -> list[str]:
