@@ -107,7 +107,9 @@ UNSEEN = {
 def cases():
     for name in (*DRY, *SMOOTH):
         for contact in (0.0, FRAME):
-            marks = () if (name, contact) in QUICK else pytest.mark.slow
+            # Out of load little happens that the frame does not show as well.
+            later = (pytest.mark.slow,) if contact else (pytest.mark.slow, pytest.mark.long)
+            marks = () if (name, contact) in QUICK else later
             yield pytest.param(name, contact, marks=marks)
 
 

@@ -69,6 +69,9 @@ def as_dict(spec: Spec, outcome: Outcome, extended: Path | None) -> dict[str, An
         "verdict": outcome.verdict,
         "simulated": spec.simulated,
         "p_value": finite((outcome.steps[0].explained if outcome.steps else outcome.last).p_value),
+        "probabilities": outcome.steps[0].probability
+        if outcome.steps
+        else outcome.last_probability,
         "steps": [_step(spec, step, extended) for step in outcome.steps],
         "gap": {
             "initial": finite(gap(outcome.base)),
