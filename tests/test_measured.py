@@ -15,7 +15,9 @@ import numpy as np
 import pytest
 
 import rigid
+from rigid import discover
 from rigid.assemble import assemble
+from rigid.cli import Options
 from rigid.outcome import values_of
 from rigid.records.read import read_records
 from rigid.search import search
@@ -127,3 +129,37 @@ def test_the_command_ends_with_a_report(tmp_path):
     page = (tmp_path / "out" / "index.html").read_text("utf-8")
     assert "mass of the carriage" in page
     assert "Friction over frequency" not in page
+
+
+def missing_from(path: Path, folder: Path) -> list[dict]:
+    """Steps of discovery on a machine, as the command writes them."""
+    given = Options(
+        spec=str(path), out=folder / "out", seed=1, resume=False, quiet=True, as_json=True
+    )
+    assert discover.discover(given) == 0
+    return json.loads((folder / "out" / "discovery.json").read_text("utf-8"))["steps"]
+
+
+def test_coulomb_friction_is_what_the_carriage_lacks_first(tmp_path, capsys):
+    first, *further = missing_from(spec_of("emps", EFFECTS[:1], tmp_path), tmp_path)
+    assert first["effect"] == "coulomb-friction"
+    assert first["where"]["equation"] == "carriage-momentum"
+    # The published order has the constant before the coefficient that differs by direction, whose
+    # share of the force it leaves to be found; either explains most of what Coulomb leaves.
+    assert further[0]["effect"] in EFFECTS[2:]
+    assert all(step["effect"] != "stribeck-friction" for step in further)
+    assert first["parameters"]["F_C"]["median"] == pytest.approx(20.394, abs=0.5)
+    assert first["moved"]["mu"]["before"] == pytest.approx(410.8, abs=3.0)
+    assert first["moved"]["mu"]["after"] == pytest.approx(203.5, abs=3.0)
+    assert first["gap"]["held_out_after"] < first["gap"]["held_out_before"]
+    capsys.readouterr()
+
+
+def test_friction_that_grows_with_pressure_is_what_the_seal_lacks(tmp_path, capsys):
+    steps = missing_from(spec_of("seal-friction", (), tmp_path), tmp_path)
+    found = {step["effect"]: step for step in steps}
+    seal = found["pressure-dependent-friction"]
+    # 4.1 N + 0.5 N/bar within 0.1 N at 1 and at 7 bar: 0.03 N/bar.
+    assert seal["parameters"]["c_seal"]["median"] * 1e5 == pytest.approx(0.5, abs=0.03)
+    assert seal["gap"]["held_out_after"] < seal["gap"]["held_out_before"]
+    capsys.readouterr()
