@@ -12,7 +12,7 @@ from rigid.discovery.evidence import Bundle, amplitudes, log_bayes, probabilitie
 from rigid.discovery.families import families
 from rigid.discovery.formula import simplest
 from rigid.discovery.hypothesis import Hypothesis, start
-from rigid.discovery.judging import left_out, units
+from rigid.discovery.judging import left_out, place, units
 from rigid.discovery.local import Local, expand, refined, with_weights
 from rigid.discovery.samples import lay_out
 from rigid.discovery.screening import Around, Screening, screen
@@ -212,3 +212,15 @@ def test_the_simplest_formula_is_found(curve, words):
     number, form = found.words.split(" ", 1)
     assert form == words.split(" ", 1)[1]
     assert float(number) == pytest.approx(float(words.split()[0]), abs=0.03)
+
+
+def test_a_change_that_no_sample_feels_has_a_place_all_the_same():
+    """Samples without curvature (weight 0, or a reading at its end) do not upset the search."""
+    local, _ = fitted(campaign(305))
+    flat = dataclasses.replace(
+        local, terms=local.terms._replace(bend=-np.ones_like(local.terms.bend))
+    )
+    found = place(flat, np.ones_like(local.reading), np.ones_like(local.reading))
+    assert found.record in flat.layout.tracks
+    assert found.time_s is not None
+    assert found.time_s[0] <= found.time_s[1]

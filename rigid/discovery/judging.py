@@ -126,11 +126,12 @@ def place(local: Local, gain: np.ndarray, change: np.ndarray) -> Place:
     best = int(np.argmax(totals))
     channel = layout.channels[best]
     rows = np.flatnonzero((layout.channel == best) & layout.read)
-    size = change[rows] ** 2 * local.terms.bend[rows]
+    size = change[rows] ** 2 * np.maximum(local.terms.bend[rows], 0.0)
     share = np.cumsum(size) / max(float(size.sum()), 1e-300)
-    first, last = (int(np.searchsorted(share, q)) for q in MOST_OF_IT)
+    end = len(rows) - 1
+    first, last = (min(int(np.searchsorted(share, q)), end) for q in MOST_OF_IT)
     times = layout.time[rows]
-    stretch = (float(times[first]), float(times[min(last, len(times) - 1)]))
+    stretch = (float(times[first]), float(times[last]))
     line = _line(change[rows][first : last + 1], channel.interval)
     return Place(channel.track, channel.quantity, stretch, line)
 
