@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 SAYS = "Find where model and data disagree, name the missing effect, add it, show the gap shrink."
 STARTS = 4
-"""Starts of the search where no fit in the same folder has searched before."""
+"""Starts of the search, at most: a fit in earnest takes more."""
 
 
 def discover(options: Options) -> int:

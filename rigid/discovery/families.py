@@ -1,9 +1,9 @@
 """Programs that hold many effects at once, each absent until its amplitude says otherwise.
 
 Compiling a rig anew for every candidate would take longer than all else. So the records are
-simulated by few programs: one with every steady effect and the hidden forces and flows, and one
-for each law of dry friction, with every other effect beside it. Effects that are not asked for
-stand at the value at which they are absent.
+simulated by few programs: one with every steady effect and the hidden forces and flows, one with
+all others that have no state of their own, and one for each law of dry friction. Effects that are
+not asked for stand at the value at which they are absent.
 """
 
 import dataclasses

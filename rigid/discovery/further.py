@@ -11,7 +11,7 @@ from rigid.discovery.refit import standard_of
 from rigid.discovery.screening import Around, screen
 from rigid.discovery.traces import traces
 
-FACTORS = {"kappa": (0.3, 3.0), "kappa_tank": (), "preload": (0.5, 2.0)}
+FACTORS = {"kappa": (0.3, 3.0), "preload": (0.5, 2.0)}
 """By how much a record's own settings are varied."""
 WORDS = {
     "free-run": "a free run",

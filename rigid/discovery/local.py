@@ -19,7 +19,7 @@ from rigid import noise
 from rigid.discovery.families import Family, sweep
 from rigid.discovery.hypothesis import Hypothesis
 from rigid.discovery.samples import Layout, Terms, data_of, split_swept, terms
-from rigid.likelihood import Piece
+from rigid.likelihood import SensorSheet
 
 LONGEST = 2.0
 """Largest change of an entry of w in one step."""
@@ -93,7 +93,7 @@ def expand(
     base = len(hypothesis.parameters) - _added(hypothesis)
     moved = range(base, len(hypothesis.parameters)) if known is not None else None
     reading, slopes = _swept(hypothesis, where, w, moved)
-    spreads = _spreads(layout)
+    spreads = layout.spreads
     own = hypothesis.sensors(w) * spreads
     gain, zero = own[layout.sensor].T
     residual = data_of(layout) - (1.0 + gain) * reading - zero
@@ -113,13 +113,6 @@ def _added(hypothesis: Hypothesis) -> int:
     """Number of parameters of what was added."""
     inside = {p.label for p in hypothesis.problem.parameters.sampled}
     return sum(p.label not in inside for p in hypothesis.parameters)
-
-
-def _spreads(layout: Layout) -> np.ndarray:
-    """Prior sds of gain and zero (sensors, 2)."""
-    problem = layout.problem
-    sheets = {p.sensor(i): p.sheet.spread for p in problem.pieces for i in range(len(p.tracks))}
-    return np.array([[sheets[s].gain, sheets[s].zero] for s in problem.sensors])
 
 
 def _swept(
@@ -190,36 +183,25 @@ def _descended(local: Local, chord: bool, most: int) -> Local:
 
 
 @eqx.filter_jit
-def _levels(piece: Piece, residual: Array, sigma: Array) -> Array:
-    """Log-likelihood of each track for several noise levels (levels, tracks); weights in."""
-    law = noise.sample_law(sigma, piece.sheet.step, piece.sheet.noise)
-    value = law(residual[..., None]).value
-    return jnp.einsum("st,stl->lt", piece.weight, value)
+def _levels(sheet: SensorSheet, residual: Array, weight: Array, sigma: Array) -> Array:
+    """Log-likelihood of a channel's samples (n,) for several noise levels (levels,)."""
+    return weight @ noise.sample_law(sigma, sheet.step, sheet.noise)(residual[:, None]).value
 
 
 def fitted_noise(local: Local) -> np.ndarray:
     """Most probable noise levels, on the scale of their priors (levels,), the rest held."""
     problem, layout = local.layout.problem, local.layout
-    laws = [p for p in problem.parameters.sampled if p.base == "noise"]
-    total = {p.label: -0.5 * NOISE_GRID**2 for p in laws}
-    at = 0
-    for piece in problem.pieces:
-        rows, tracks = piece.data.shape
-        stretch = slice(at, at + rows * tracks)
-        at += rows * tracks
-        residual = local.residual[stretch].reshape(tracks, rows).T
-        weight = layout.weight[stretch].reshape(tracks, rows).T
-        weighed = eqx.tree_at(lambda p: p.weight, piece, jnp.asarray(weight))
-        for i in range(tracks):
-            label = f"noise[{piece.sensor(i)}]"
-            if label not in total:
-                continue
-            law = next(p.law for p in laws if p.label == label)
-            sigma = law.from_standard(jnp.asarray(NOISE_GRID))
-            total[label] = (
-                total[label] + np.asarray(_levels(weighed, jnp.asarray(residual), sigma))[:, i]
-            )
-    return np.array([_peak(total[p.label]) for p in laws])
+    laws = {p.label: p.law for p in problem.parameters.sampled if p.base == "noise"}
+    total = dict.fromkeys(laws, -0.5 * NOISE_GRID**2)
+    sheets = [piece.sheet for piece in problem.pieces for _ in piece.tracks]
+    for number, (channel, sheet) in enumerate(zip(layout.channels, sheets, strict=True)):
+        label = f"noise[{channel.sensor}]"
+        if label in laws:
+            rows = layout.channel == number
+            sigma = laws[label].from_standard(jnp.asarray(NOISE_GRID))
+            residual, weight = jnp.asarray(local.residual[rows]), jnp.asarray(layout.weight[rows])
+            total[label] = total[label] + np.asarray(_levels(sheet, residual, weight, sigma))
+    return np.array([_peak(total[label]) for label in laws])
 
 
 def _peak(height: np.ndarray) -> float:

@@ -68,6 +68,13 @@ class Layout:
         numbers = np.array([self.problem.sensors.index(c.sensor) for c in self.channels])
         return numbers[self.channel]
 
+    @cached_property
+    def spreads(self) -> np.ndarray:
+        """Prior sds of gain [-] and zero of every sensor (sensors, 2)."""
+        pieces = self.problem.pieces
+        sheets = {p.sensor(i): p.sheet.spread for p in pieces for i in range(len(p.tracks))}
+        return np.array([sheets[sensor] for sensor in self.problem.sensors])
+
     def weighed(self, weight: np.ndarray) -> "Layout":
         """Return the same samples with other weights (n,)."""
         return dataclasses.replace(self, weight=weight)

@@ -51,13 +51,8 @@ def lanes_of(local: Local, more: Mapping[str, np.ndarray], count: int) -> dict[s
 
 def reads(local: Local) -> np.ndarray:
     """1 + gain of each sample's sensor (n,)."""
-    layout = local.layout
-    problem = layout.problem
-    sheets = {p.sensor(i): p.sheet.spread for p in problem.pieces for i in range(len(p.tracks))}
-    gains = local.hypothesis.sensors(local.w)[:, 0] * np.array(
-        [sheets[s].gain for s in problem.sensors]
-    )
-    return 1.0 + gains[layout.sensor]
+    gains = local.hypothesis.sensors(local.w)[:, 0] * local.layout.spreads[:, 0]
+    return 1.0 + gains[local.layout.sensor]
 
 
 def traces(local: Local, found: tuple[Family, ...], listed: Iterable[Candidate]) -> np.ndarray:

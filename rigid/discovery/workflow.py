@@ -74,7 +74,7 @@ class Step:
     - `probability`: of nothing, each effect and something unnamed.
     - `refits`: by name. - `chosen`: the effect added, None where none is.
     - `place`, `equation`: where it shows. - `judged`: None where nothing was added.
-    - `placebo`: share of the excess misfit that a wrong effect with as many parameters closes.
+    - `placebo`: what an effect with another trace explains, as a share of the chosen one; median.
     """
 
     verdict: str
