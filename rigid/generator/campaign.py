@@ -59,7 +59,11 @@ def campaign(
 def drawn(seed: int, conditions: Conditions = NOMINAL, *, field: bool = True) -> Truth:
     """Draw the truth of a campaign under conditions, without writing it."""
     truth = draw(
-        seed, field=field, noise_correlation=conditions.noise_correlation, clock=conditions.clock
+        seed,
+        field=field,
+        noise_correlation=conditions.noise_correlation,
+        clock=conditions.clock,
+        wide_friction=conditions.wide_friction,
     )
     return under(truth, conditions)
 

@@ -23,6 +23,7 @@ class Conditions:
     - outliers: share of the samples that a spike has hit
     - saturated: share of the frame records' samples for which the gauge's range is too short
     - tolerance: of the solver, relative error a step
+    - wide_friction: whether the friction is drawn as widely as a fit's own priors allow
     """
 
     noise_correlation: float = 0.0
@@ -33,6 +34,7 @@ class Conditions:
     outliers: float = 0.0
     saturated: float = 0.0
     tolerance: float | None = None
+    wide_friction: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what makes no sense."""

@@ -32,6 +32,14 @@ LOGNORMAL = {
     "mu_2": (1.2e5, 1.3),
     "tau_2": (8e-3, 1.3),
 }
+# The same of the friction alone, as wide as a fit that knows next to nothing of it may assume.
+WIDE_FRICTION = {
+    "mu_inf": (1e5, 10.0),
+    "mu_1": (5e5, 5.0),
+    "tau_1": (0.2, 2.0),
+    "mu_2": (1e5, 5.0),
+    "tau_2": (8e-3, 2.0),
+}
 # Sensors: (sd of the gain, sd of the zero, median of the noise, step of the converter).
 SENSORS = {
     "load": (1e-3, 100.0, 295.0 / 2, 295.0),
@@ -142,7 +150,12 @@ def _sensor(rng: np.random.Generator, channel: str) -> Sensor:
 
 
 def draw(
-    seed: int, *, field: bool = True, noise_correlation: float = 0.0, clock: int | None = None
+    seed: int,
+    *,
+    field: bool = True,
+    noise_correlation: float = 0.0,
+    clock: int | None = None,
+    wide_friction: bool = False,
 ) -> Truth:
     """Draw a campaign from the population.
 
@@ -151,11 +164,13 @@ def draw(
     - noise_correlation: AR(1) coefficient, in [0, 1)
     - clock: a seed for lengths of records and times of the valve, so that campaigns of many seeds
       share them (and a study its compiled programs); left out: they follow `seed`
+    - wide_friction: whether the friction comes from WIDE_FRICTION, not from the rig's own range
     """
     rng = stream(seed, "rig")
     clocks = None if clock is None else (lambda name: stream(clock, "clocks", name))
     values = {k: v * (1 + sd * float(rng.standard_normal())) for k, (v, sd) in NORMAL.items()}
-    values |= {k: _lognormal(rng, *law) for k, law in LOGNORMAL.items()}
+    laws = LOGNORMAL | (WIDE_FRICTION if wide_friction else {})
+    values |= {k: _lognormal(rng, *law) for k, law in laws.items()}
     rig = Rig(**{name: values.pop(name) for name in Rig.__dataclass_fields__})
     names = [(c, f"{c},{cyl}") for cyl in "AB" for c in ("load", "stroke", "pressure")]
     names.append(("acceleration", "acceleration,A"))

@@ -81,17 +81,3 @@ def rows(bench: Bench) -> list[Row]:
         tight.difference < AGREE,
     )
     return [first, both, same]
-
-
-def friction_rows(_bench: Bench) -> list[Row]:
-    """Where rows of further effects belong: make a spec with them, then as in `rows`."""
-    return [
-        Row(
-            f"the same with {name} friction",
-            "SciPy LSODA (`odeint`)",
-            "not yet: the effect does not exist",
-            "30 times (10 with reasons)",
-            None,
-        )
-        for name in ("Coulomb", "Stribeck", "LuGre")
-    ]

@@ -15,6 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.integrate import odeint
 
+from rigid.effects.bristle import SPEED_ROUNDING
 from rigid.effects.pump_curve import HALF_DROP, MEAN_FLOW, STEEPNESS
 from rigid.groups import AbstractGroup, flow_label
 from rigid.likelihood import fitted
@@ -25,8 +26,7 @@ from rigid.tracks import Track
 
 RTOL = 1e-6
 ATOL = 1e-8
-"""In units of the typical sizes below: 1e-12 m, 1e-9 m/s, 0.01 Pa, 1e-5 N."""
-SCALES = np.array((*CORE_SCALES, 1e3, 1e3))
+"""In units of the states' typical sizes: 1e-12 m, 1e-9 m/s, 0.01 Pa, 1e-5 N."""
 MAX_STEPS = 1_000_000
 EDGE = 1e-9
 """[s]: a sample this close to a switch lies on it; LSODA refuses steps of 1e-16 s."""
@@ -34,19 +34,53 @@ Values = dict[str, float]
 Rates = Callable[[np.ndarray, float], Sequence[float]]
 
 
-def rates_of(v: Values, contact: float, fraction: float) -> Rates:
-    """Equations (2)-(13) with friction of memory, for one position of the valve."""
-    m1, m2 = v["M_HC"] - v["M_Pl"], v["M_Pl"] + 0.5 * v["M_Fl"]
-    area, column, spring, mu = v["S_Pl"], v["L_0"], v["k_LC"], v["mu"]
-    modulus, p_max, tanh = v["k_oil"] / area, v["p_max"], math.tanh
-    mu1, mu2 = v["mu_branch[1]"], v["mu_branch[2]"]
+Friction = Callable[[float, Sequence[float]], tuple[float, Sequence[float]]]
+"""Of the slip [m/s] and its own states: force on the plunger's motion [N], rates of the states."""
+
+
+def memory(v: Values) -> Friction:
+    """Maxwell branches beside a dashpot."""
+    mu, mu1, mu2 = v["mu"], v["mu_branch[1]"], v["mu_branch[2]"]
     tau1, tau2 = v["tau_branch[1]"], v["tau_branch[2]"]
+
+    def force(slip: float, own: Sequence[float]) -> tuple[float, Sequence[float]]:
+        r1, r2 = own
+        return mu * slip + r1 + r2, ((mu1 * slip - r1) / tau1, (mu2 * slip - r2) / tau2)
+
+    return force
+
+
+def bristle(v: Values) -> Friction:
+    """A dashpot and a bristle: Coulomb, Stribeck or LuGre, by which numbers there are."""
+    mu, coulomb = v["mu"], v["F_C"]
+    bending, damping = v.get("z_bristle", v["presliding"]), v.get("sigma_bristle", 0.0)
+    excess, speed = v.get("stribeck_excess", 0.0), v.get("v_stribeck", 1.0)
+    exp, sqrt, rounding = math.exp, math.sqrt, SPEED_ROUNDING
+
+    def force(slip: float, own: Sequence[float]) -> tuple[float, Sequence[float]]:
+        (share,) = own
+        limit = 1.0 + excess * exp(-((slip / speed) ** 2))
+        pace = sqrt(slip * slip + rounding * rounding) - rounding
+        rate = (slip - pace * share / limit) / bending
+        damped = damping * bending * rate * coulomb / (coulomb + 1.0)
+        return mu * slip + coulomb * share + damped, (rate,)
+
+    return force
+
+
+def rates_of(v: Values, contact: float, fraction: float) -> Rates:
+    """Equations (2)-(13) with the friction that there are numbers of, the valve in one position."""
+    m1, m2 = v["M_HC"] - v["M_Pl"], v["M_Pl"] + 0.5 * v["M_Fl"]
+    area, column, spring = v["S_Pl"], v["L_0"], v["k_LC"]
+    modulus, p_max, tanh = v["k_oil"] / area, v["p_max"], math.tanh
     mean, drop = fraction * MEAN_FLOW, fraction * HALF_DROP
+    friction = bristle(v) if "F_C" in v else memory(v)
 
     def rates(y: np.ndarray, _time: float) -> Sequence[float]:
-        x1, v1, x2, v2, p, r1, r2 = y.tolist()
+        x1, v1, x2, v2, p, *own = y.tolist()
         slip = v2 - v1
-        between = area * p - mu * slip - r1 - r2
+        rubbing, own_rates = friction(slip, own)
+        between = area * p - rubbing
         inflow = mean - drop * tanh(STEEPNESS * (p - p_max)) - area * slip
         return (
             v1,
@@ -54,8 +88,7 @@ def rates_of(v: Values, contact: float, fraction: float) -> Rates:
             v2,
             (between - contact * x2) / m2,
             modulus * inflow / (column + x2 - x1),
-            (mu1 * slip - r1) / tau1,
-            (mu2 * slip - r2) / tau2,
+            *own_rates,
         )
 
     return rates
@@ -68,7 +101,9 @@ class LsodaPosterior:
     """
 
     def __init__(self, problem: Problem, rtol: float = RTOL, atol: float = ATOL):
-        self.problem, self.rtol, self.atol = problem, rtol, atol * SCALES
+        own = (scale for effect in problem.effects for scale in effect.scales)
+        scales = np.array((*CORE_SCALES, *own))
+        self.problem, self.rtol, self.atol = problem, rtol, atol * scales
         self.solving = 0.0
         self._values = eqx.filter_jit(lambda p, z: p.parameters.values(z))
         self._likelihood = eqx.filter_jit(lambda p, s, v: fitted(p.pieces, s, v).value)
@@ -101,7 +136,7 @@ class LsodaPosterior:
         contact = v["k_frame"] if track.kind == "frame" else 0.0
         times = drive.times
         bounds = (drive.first, *(s for s in drive.switches if s < times[-1]), times[-1])
-        state, parts = np.zeros(7), []
+        state, parts = np.zeros(len(self.atol)), []
         for level, (begin, end) in zip(drive.levels, pairwise(bounds), strict=False):
             last = end == times[-1]
             inside = times[(times > begin - EDGE) & ((times < end - EDGE) | last)]
@@ -120,7 +155,8 @@ class LsodaPosterior:
         assert track.onset is not None  # a release has one
         preload = v[f"preload[{track.label}]"]
         at_rest = -preload / v["k_LC"]
-        start = np.array([at_rest, 0.0, at_rest, 0.0, preload / v["S_Pl"], 0.0, 0.0])
+        start = np.zeros(len(self.atol))
+        start[[0, 2, 4]] = at_rest, at_rest, preload / v["S_Pl"]
         delay = float(track.onset_time) - v[f"release_time[{track.label}]"]
         times = delay + track.interval * np.arange(track.samples - track.onset)
         rates = rates_of(v, 0.0, 0.0)

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import accuracy
 import ess
+import friction
 import growth
 import joint
 import release
@@ -13,7 +14,7 @@ from table import Row
 
 ROWS: dict[str, Callable[[Bench], list[Row]]] = {
     "joint": joint.rows,
-    "friction": joint.friction_rows,
+    "friction": friction.rows,
     "release": release.rows,
     "ess": ess.rows,
     "wall": wall.rows,

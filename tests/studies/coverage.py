@@ -4,13 +4,15 @@
 
 Simulates campaigns with seeds of their own (from FIRST_SEED on; the shipped campaign and all
 development used others), fits each as `rigid.fit` does and counts how often the 50 % and 90 %
-intervals of k_LC, every kappa and |mu| at 0 and 80 Hz hold the truth. Resumable: a campaign that
-stands in the file of rows is not run again. `--halve-noise` fits with half the noise in the
-likelihood, to show that the check can fail; `--noise-correlation 0.8` colours the noise.
+intervals of k_LC, every kappa, |mu| at 0 and 80 Hz, and both parts of mu at 0.1 to 100 Hz hold the
+truth. Resumable: a campaign that stands in the file of rows is not run again. `--halve-noise` fits
+with half the noise in the likelihood, to show that the check can fail; `--noise-correlation 0.8`
+colours the noise; `--wide-friction` draws the friction from the fit's own priors.
 
 The posterior is that of the command, from fewer starts; it is summed over weighted draws of the
 law around its modes (as the command weighs modes), until they are worth ESS independent ones. Where
 that law does not fit (Pareto shape above 0.7) or with `--chain`, the command's sampler draws.
+Beside it stands the rank in the Gaussian law around the best fit; `--gaussian` gives that alone.
 """
 
 import argparse
@@ -33,7 +35,9 @@ BATCH, MOST_DRAWS = 2048, 16_384
 DOF = 32.0
 REFUSED = "refused"
 """Stands for the quantities of a campaign that the readers refuse (a saturated sensor, say)."""
-COLUMNS = ("seed", "quantity", "truth", "rank", "converged", "gap", "modes")
+HERTZ = (0.1, 1.0, 10.0, 100.0)
+"""Frequencies at which the parts of mu(omega) are held against the truth."""
+COLUMNS = ("seed", "quantity", "truth", "rank", "converged", "gap", "modes", "gaussian")
 
 
 def options() -> argparse.Namespace:
@@ -43,6 +47,9 @@ def options() -> argparse.Namespace:
     parser.add_argument("--halve-noise", action="store_true")
     parser.add_argument("--noise-correlation", type=float, default=0.0)
     parser.add_argument("--chain", action="store_true", help="draw by emcee, four times slower")
+    parser.add_argument("--gaussian", action="store_true", help="that of the best fit alone")
+    parser.add_argument("--wide-friction", action="store_true", help="friction from the prior")
+    parser.add_argument("--first", type=int, default=0, help="campaign to begin with")
     parser.add_argument("--part", default="0/1", help="K/N: every N-th campaign from the K-th on")
     return parser.parse_args()
 
@@ -109,20 +116,17 @@ def one_campaign(seed: int, args: argparse.Namespace) -> list[dict]:
     from rigid.assemble import assemble
     from rigid.calibrate import mode_of, propose
     from rigid.errors import InputError
-    from rigid.friction import FREQUENCIES
     from rigid.generator.campaign import Conditions, campaign
-    from rigid.outcome import channels, frictions, overall_gap, values_of
+    from rigid.outcome import channels, overall_gap
     from rigid.records.read import read_records
     from rigid.search import search
     from rigid.spec import load_spec
 
     with tempfile.TemporaryDirectory() as folder:
-        truth = campaign(
-            seed,
-            Path(folder),
-            field=False,
-            conditions=Conditions(args.noise_correlation, clock=CLOCK),
+        conditions = Conditions(
+            args.noise_correlation, clock=CLOCK, wide_friction=args.wide_friction
         )
+        truth = campaign(seed, Path(folder), field=False, conditions=conditions)
         spec = load_spec(Path(folder) / "calibration.toml")
         try:
             records = read_records(spec)
@@ -133,30 +137,54 @@ def one_campaign(seed: int, args: argparse.Namespace) -> list[dict]:
     found = search(problem, STARTS, seed)
     if args.halve_noise:
         found = search(halved(found), STARTS, seed)
-    rng = np.random.default_rng([seed, 1])
-    drawn = by_weights(found.problem, tuple(mode_of(o) for o in found.optima), rng)
-    if args.chain or not drawn.good:
-        drawn = by_chain(found.problem, propose(found, rng)[0], seed)
-    z, weight = drawn.z, drawn.weight
-    values = values_of(found.problem, z)
-    curve = frictions(found.problem, values)[""]
-    known = truth.parameters()
-    quantities = {"k_LC": (values["k_LC"], known["k_LC"])}
-    quantities |= {k: (values[k], known[k]) for k in values if k.startswith("kappa[")}
-    for hertz in (0.01, 80.0):
-        at = int(np.argmin(np.abs(FREQUENCIES - hertz)))
-        omega = 2 * np.pi * FREQUENCIES[at]
-        true = abs(complex_friction(known, omega))
-        quantities[f"|mu({hertz:g} Hz)|"] = (curve.magnitude[:, at], true)
+    known, rng = truth.parameters(), np.random.default_rng([seed, 1])
+    gauss = Drawn(gaussian(found.optima[0], rng), np.ones(BATCH), True)
+    drawn = gauss
+    if not args.gaussian:
+        drawn = by_weights(found.problem, tuple(mode_of(o) for o in found.optima), rng)
+        if args.chain or not drawn.good:
+            drawn = by_chain(found.problem, propose(found, rng)[0], seed)
+    ranks = ranks_of(found.problem, drawn, known)
+    beside = ranks_of(found.problem, gauss, known)
     gap = overall_gap(channels(found, found.optima[0].z[None], seed))
     return [
         {
-            "seed": seed, "quantity": name, "truth": f"{true:.8g}",
-            "rank": f"{weighted_rank(v, weight, true):.5f}", "converged": drawn.good,
-            "gap": f"{gap:.4f}", "modes": len(found.optima),
+            "seed": seed, "quantity": name, "truth": f"{true:.8g}", "rank": f"{rank:.5f}",
+            "converged": drawn.good, "gap": f"{gap:.4f}", "modes": len(found.optima),
+            "gaussian": f"{beside[name][1]:.5f}",
         }
-        for name, (v, true) in quantities.items()
+        for name, (true, rank) in ranks.items()
     ]  # fmt: skip
+
+
+def gaussian(optimum, rng):
+    """Draws (BATCH, size) of the Gaussian law around an optimum."""
+    return rng.multivariate_normal(optimum.z, optimum.covariance, size=BATCH, method="cholesky")
+
+
+def ranks_of(problem, drawn: Drawn, known: dict[str, float]) -> dict[str, tuple[float, float]]:
+    """Truth of every quantity, and the posterior probability below it."""
+    import numpy as np
+
+    from rigid.friction import FREQUENCIES
+    from rigid.outcome import frictions, values_of
+
+    values = values_of(problem, drawn.z)
+    curve = frictions(problem, values)[""]
+    names = ["k_LC", "k_frame", *(k for k in values if k.startswith("kappa["))]
+    quantities = {name: (values[name], known[name]) for name in names}
+    for hertz in (0.01, 80.0, *HERTZ):
+        at = int(np.argmin(np.abs(FREQUENCIES - hertz)))
+        omega = 2 * np.pi * FREQUENCIES[at]
+        true = complex_friction(known, omega)
+        if hertz in HERTZ:
+            quantities[f"Re mu({hertz:g} Hz)"] = (curve.dissipative[:, at], true.real)
+            quantities[f"-omega Im mu({hertz:g} Hz)"] = (curve.storage[:, at], -omega * true.imag)
+        else:
+            quantities[f"|mu({hertz:g} Hz)|"] = (curve.magnitude[:, at], abs(true))
+    return {
+        name: (true, weighted_rank(v, drawn.weight, true)) for name, (v, true) in quantities.items()
+    }
 
 
 def complex_friction(known: dict[str, float], omega: float) -> complex:
@@ -194,8 +222,11 @@ def verdict(rows: list[dict[str, str]]) -> str:
     """Table of coverage by quantity, campaigns as the unit, with the binomial band."""
     from scipy.stats import binom
 
-    names = {"k_LC": "k_LC", "kappa": "kappa (every record)", "|mu(0.01 Hz)|": "|mu| at 0 Hz",
-             "|mu(80 Hz)|": "|mu| at 80 Hz"}  # fmt: skip
+    names = {"k_LC": "k_LC", "k_frame": "k_frame", "kappa": "kappa (every record)",
+             "|mu(0.01 Hz)|": "abs mu at 0 Hz", "|mu(80 Hz)|": "abs mu at 80 Hz"}  # fmt: skip
+    for hertz in HERTZ:
+        names[f"Re mu({hertz:g} Hz)"] = f"dissipative part at {hertz:g} Hz"
+        names[f"-omega Im mu({hertz:g} Hz)"] = f"storage part at {hertz:g} Hz"
     refused = sum(row["quantity"] == REFUSED for row in rows)
     lines = ["| quantity | campaigns | 50 % interval covers | band | 90 % interval covers | band |",
              "|---|---|---|---|---|---|"]  # fmt: skip
@@ -228,19 +259,23 @@ def main() -> int:
 
     prepare()
     name = "halved" if args.halve_noise else "coverage"
+    if args.gaussian:
+        name += "-gaussian"
+    if args.wide_friction:
+        name += "-wide"
     if args.noise_correlation:
         name += f"-correlation-{args.noise_correlation:g}"
     args.out.mkdir(parents=True, exist_ok=True)
     path = args.out / f"{name}.{part}.csv"
     done = {row["seed"] for row in rows_of(path)}
-    for number in range(part, args.campaigns, parts):
+    for number in range(args.first + part, args.campaigns, parts):
         seed = FIRST_SEED + number
         if str(seed) in done:
             continue
         rows = one_campaign(seed, args)
         fresh = not path.exists()
         with path.open("a", encoding="utf-8", newline="") as file:
-            writer = csv.DictWriter(file, COLUMNS)
+            writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
             if fresh:
                 writer.writeheader()
             writer.writerows(rows)
