@@ -4,7 +4,15 @@ import os
 import tempfile
 from pathlib import Path
 
-os.environ.setdefault("RIGID_CACHE", str(Path(tempfile.gettempdir()) / "rigid-test-programs"))
+# JAX writes a program into its folder as it goes: processes side by side need one each.
+os.environ.setdefault(
+    "RIGID_CACHE",
+    str(
+        Path(tempfile.gettempdir())
+        / "rigid-test-programs"
+        / os.environ.get("PYTEST_XDIST_WORKER", "")
+    ),
+)
 
 from rigid.runtime import prepare
 

@@ -154,6 +154,7 @@ def test_a_second_process_finds_every_program_of_a_fit_in_the_cache(tmp_path: Pa
     assert again["hits"] == len(again["asked"])
 
 
+@pytest.mark.slow
 def test_programs_with_checks_are_kept_only_as_the_runtime_sets_them_up(tmp_path: Path):
     """Checks that call Python keep a program out of the cache of jax 0.10 (0.12 stores it): so the
     test above can fail.

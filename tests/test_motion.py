@@ -219,6 +219,7 @@ def test_branches_with_memory_load_as_their_closed_form():
     np.testing.assert_allclose(got, expected, rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_motion_is_the_same_beside_a_longer_one():
     time = 5e-3 * np.arange(4000)
     long, short = (

@@ -76,6 +76,7 @@ def screened(problem: Problem, listed) -> Screening:
     return screen(around, traces(local, programs, listed))
 
 
+@pytest.mark.slow
 def test_where_nothing_is_missing_strengths_are_standard_normal(listed):
     """Whitened by their correlation: the sum of squares is chi squared, 4 a campaign."""
     total = 0.0

@@ -30,6 +30,7 @@ def table(rig):
     return model.nodes(rig, path, sensors, INTERVAL / STEPS)
 
 
+@pytest.mark.slow
 def test_a_step_is_the_rigs_own_motion(rig, table):
     size = np.asarray(model.scales(rig))
     n = len(rig.scales)

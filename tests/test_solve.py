@@ -170,8 +170,9 @@ SLOW = {
 DRAWS = [NOMINAL, *prior_draws(MEMORY, 3, 1)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", SLOW)
-@pytest.mark.parametrize("draw", [0, *(pytest.param(i, marks=pytest.mark.slow) for i in (1, 2, 3))])
+@pytest.mark.parametrize("draw", range(4))
 def test_steps_follow_the_reference_below_a_tenth_of_a_sensors_step(kind: str, draw: int):
     record, contact, fractions = SLOW[kind]
     values = DRAWS[draw]
@@ -193,6 +194,7 @@ def test_release_follows_the_reference(draw: int):
     assert np.abs(got - expected).max() < 0.1 * COUNT
 
 
+@pytest.mark.slow
 def test_halving_the_tolerance_moves_no_log_likelihood():
     problem = frame_problem()
     group = problem.groups[0]
