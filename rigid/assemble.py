@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from rigid.catalogue import effects_named
 from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.effects.base import MOTION, PriorDescription
 from rigid.effects.pump_curve import STEEPNESS
@@ -62,17 +63,16 @@ def assemble(spec: Spec, records: tuple[Record, ...]) -> Problem:
         raise InputError(f"{spec.path}: no record is fitted; a fit needs at least one")
     require_at_work(spec, effects, tracks)
     parameters = list_parameters(spec, effects, tracks, series)
-    confined(spec, tracks)
+    confined(spec, effects, tracks)
     bent = near_the_bend(spec, series)
     groups = Grouping(effects, dict(spec.model.vary), dict(spec.model.only), bent)(tracks)
     return Problem(effects, parameters, groups, make_pieces(groups, series, sheets(spec, series)))
 
 
 def chosen_effects(spec: Spec) -> tuple[type[AbstractEffect], ...]:
-    """Look the spec's effects up in the catalogue."""
+    """Look the spec's effects up."""
     where = f"{spec.path} [model] effects"
-    require_known(spec.model.effects, CATALOGUE, where)
-    chosen = tuple(CATALOGUE[name] for name in spec.model.effects)
+    chosen = effects_named(spec.model.effects, spec.path.parent, where)
     owners: dict[str, str] = {}
     for effect in chosen:
         for info in effect.parameters():
@@ -105,10 +105,12 @@ def require_at_work(
             )
 
 
-def confined(spec: Spec, tracks: tuple[Track, ...]) -> None:
+def confined(
+    spec: Spec, effects: tuple[type[AbstractEffect], ...], tracks: tuple[Track, ...]
+) -> None:
     """Refuse effects confined to what is not there."""
     where = f"{spec.path} [model] only"
-    require_known(spec.model.only, spec.model.effects, where)
+    require_known(spec.model.only, (effect.name for effect in effects), where)
     for name, scope in spec.model.only.items():
         require_known([scope], {s for t in tracks for s in t.scope}, f"{where} {name}")
 
@@ -175,7 +177,8 @@ def list_parameters(
 
 def of_candidates(spec: Spec) -> set[str]:
     """Labels of the parameters of effects that the spec names as missing, perhaps."""
-    named = [CATALOGUE[name] for name in spec.model.candidates or () if name in CATALOGUE]
+    where = f"{spec.path} [model] candidates"
+    named = effects_named(spec.model.candidates or (), spec.path.parent, where)
     infos = [info for effect in named for info in effect.parameters()]
     return {label for info in infos for label in (info.name, *info.labels)}
 

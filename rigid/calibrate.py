@@ -11,6 +11,7 @@ import numpy as np
 from tqdm import tqdm
 
 from rigid import __version__
+from rigid.catalogue import marks
 from rigid.checkpoint import Checkpoint
 from rigid.cli import Options, say
 from rigid.curvature import sharpened
@@ -109,7 +110,7 @@ def calibrate(
     log_density(problem, np.zeros((1, problem.parameters.size)))
     compile_s = time.monotonic() - began
     say(options, f"{problem.parameters.size} parameters, compiled in {compile_s:.0f} s")
-    mark = fingerprint(spec, records, seed)
+    mark = fingerprint(spec, records, seed) | marks(problem.effects)
     known = load(folder, mark, problem) if options.resume else None
     if known is None:
         known = _searched(spec, problem, seed, options)

@@ -47,19 +47,19 @@ def discover(options: Options) -> int:
 
 def candidates(spec: "Spec", problem: "Problem") -> "tuple[type[AbstractEffect], ...]":
     """Effects that could be missing: those the spec names, or the catalogue, where they act."""
+    from rigid.catalogue import effects_named
     from rigid.effects import CATALOGUE
-    from rigid.parameters import require_known
 
     named = spec.model.candidates
+    listed = tuple(CATALOGUE.values())
     if named is not None:
-        require_known(named, CATALOGUE, f"{spec.path} [model] candidates")
+        listed = effects_named(named, spec.path.parent, f"{spec.path} [model] candidates")
     kinds = {track.kind for group in problem.groups for track in group.tracks}
     taken = {info.name for effect in problem.effects for info in effect.parameters()}
     return tuple(
         effect
-        for name, effect in CATALOGUE.items()
-        if (named is None or name in named)
-        and effect not in problem.effects
+        for effect in listed
+        if effect not in problem.effects
         and any(effect.acts_in(kind) for kind in kinds)
         and any(info.absent is not None for info in effect.parameters())
         and not taken & {info.name for info in effect.parameters()}

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from rigid.catalogue import effects_named, name_in_specs
 from rigid.discovery.explain import NOTHING, UNNAMED, Explained
 from rigid.discovery.hypothesis import Hypothesis
 from rigid.discovery.judging import gap
@@ -181,8 +182,9 @@ def extended_spec(spec: Spec, outcome: Outcome, folder: Path) -> str:
     Everything else stays as it was written, comments included.
     """
     text = spec.text.removeprefix("\ufeff")
-    added = [step.chosen for step in outcome.steps if step.chosen]
-    listed = "".join(f'    "{name}",\n' for name in (*spec.model.effects, *added))
+    given = effects_named(spec.model.effects, spec.path.parent, f"{spec.path} [model] effects")
+    every = (*given, *outcome.final.hypothesis.added)
+    listed = "".join(f'    "{name_in_specs(effect, folder)}",\n' for effect in every)
     effects = f"effects = [\n{listed}]"
     only = {k: v for k, v in outcome.final.hypothesis.only.items() if k not in spec.model.only}
     if re.search(r"(?m)^effects\s*=\s*\[[^\]]*\]", text):
