@@ -114,24 +114,34 @@ def _refined(
 
 
 def _distinct(problem: Problem, ends: list[np.ndarray], z_noise: np.ndarray) -> list[list]:
-    """Refine the first end and all that are no copies of it.
+    """Refine the first end and all that are no copies of it, a core each.
 
     Returns end, number of starts that reached it and information, for each that is good enough.
     """
     found: list[list] = []
-    floor = np.inf
-    for number, w in enumerate(ends):
-        near = next((f for f in found if _distance(f[0], w, f[2]) < SAME_WITHIN), None)
-        if near is None:
-            end, there = descend(problem, w, z_noise)
-            floor = min(floor, there.value)
-            near = next((f for f in found if _distance(f[0], end, f[2]) < SAME_WITHIN), None)
-            if near is None and there.value < floor + KEEP_WITHIN:
-                near = [end, 0, there.information]
-                found.append(near)
-        if near is not None and number > 0:
-            near[1] += 1
+    floor, cores = np.inf, os.cpu_count() or 1
+    with ThreadPoolExecutor(max_workers=cores) as pool:
+        for begin in (0, *range(1, len(ends), cores)):
+            some = ends[begin : begin + (cores if begin else 1)]
+            fresh = [w for w in some if _copy_of(found, w) is None]
+            refined = pool.map(lambda w: descend(problem, w, z_noise), fresh)
+            for w in some:
+                near = _copy_of(found, w)
+                if any(w is other for other in fresh):
+                    end, there = next(refined)
+                    floor = min(floor, there.value)
+                    near = _copy_of(found, end)
+                    if near is None and there.value < floor + KEEP_WITHIN:
+                        near = [end, 0, there.information]
+                        found.append(near)
+                if near is not None and begin > 0:
+                    near[1] += 1
     return found
+
+
+def _copy_of(found: list[list], w: np.ndarray) -> list | None:
+    """Return the end that w is a copy of."""
+    return next((f for f in found if _distance(f[0], w, f[2]) < SAME_WITHIN), None)
 
 
 def _distance(a: np.ndarray, b: np.ndarray, known: np.ndarray) -> float:
