@@ -49,6 +49,7 @@ def options() -> argparse.Namespace:
     parser.add_argument("--chain", action="store_true", help="draw by emcee, four times slower")
     parser.add_argument("--gaussian", action="store_true", help="that of the best fit alone")
     parser.add_argument("--wide-friction", action="store_true", help="friction from the prior")
+    parser.add_argument("--starts", type=int, default=STARTS, help="of the search")
     parser.add_argument("--first", type=int, default=0, help="campaign to begin with")
     parser.add_argument("--part", default="0/1", help="K/N: every N-th campaign from the K-th on")
     return parser.parse_args()
@@ -134,9 +135,9 @@ def one_campaign(seed: int, args: argparse.Namespace) -> list[dict]:
             sys.stderr.write(f"campaign of seed {seed} is refused: {refusal}\n")
             return [dict.fromkeys(COLUMNS, "") | {"seed": seed, "quantity": REFUSED}]
         problem = assemble(spec, records)
-    found = search(problem, STARTS, seed)
+    found = search(problem, args.starts, seed)
     if args.halve_noise:
-        found = search(halved(found), STARTS, seed)
+        found = search(halved(found), args.starts, seed)
     known, rng = truth.parameters(), np.random.default_rng([seed, 1])
     gauss = Drawn(gaussian(found.optima[0], rng), np.ones(BATCH), True)
     drawn = gauss
