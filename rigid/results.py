@@ -199,6 +199,6 @@ def printed(found: Result, folder: Path, as_json: bool) -> str:
             f"{row.name:32}{row.unit:8}{s.median:12.5g}{s.q05:12.5g}{s.q95:12.5g}{ess}{r_hat}"
         )
     note = "simulated data; " if found.simulated else ""
-    verdict = "usable" if found.usable else "must not be used as it stands"
-    lines.append(f"{note}gap {found.gap.overall:.3f} (1 is the floor); the result is {verdict}")
+    verdict = "is usable" if found.usable else "must not be used as it stands"
+    lines.append(f"{note}gap {found.gap.overall:.3f} (1 is the floor); the result {verdict}")
     return "\n".join(lines) + "\n"

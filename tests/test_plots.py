@@ -1,5 +1,6 @@
 """Figures: labelled, stamped, decimated without loss, the same bytes every time; numbers."""
 
+import dataclasses
 import re
 
 import fake_calibration as fake
@@ -184,3 +185,12 @@ def test_an_axis_of_kilograms_takes_no_prefix():
 )
 def test_durations(seconds, expected):
     assert typed(metrology.duration(seconds)) == expected
+
+
+@pytest.mark.parametrize("parts", [("storage",), ("storage", "dissipative", "magnitude")])
+def test_a_part_that_a_law_has_not_is_said_to_be_none(parts):
+    """A constant coefficient stores nothing, dry friction alone has no coefficient at all."""
+    curve = fake.friction()
+    nothing = {part: np.zeros_like(curve.storage) for part in parts}
+    text = svg(friction_figure(dataclasses.replace(curve, **nothing), True), "a")
+    assert text.count("none under this law") == len(parts)

@@ -71,6 +71,13 @@ def _silent(curve: FrictionCurve) -> list[tuple[float, float]]:
 
 
 def _bands(axes: Axes, curve: FrictionCurve, values: Float[np.ndarray, "5 m"]) -> None:
+    if not np.any(values > 0):  # a dashpot stores nothing
+        axes.set_yticks([])
+        axes.text(
+            0.5, 0.5, "none under this law", transform=axes.transAxes, ha="center", va="center",
+            color=GREY, bbox={"facecolor": "white", "edgecolor": "none"},
+        )  # fmt: skip
+        return
     q05, q25, median, q75, q95 = _positive(values)
     for low, high, alpha in ((q05, q95, 0.22), (q25, q75, 0.38)):
         axes.fill_between(curve.frequency, low, high, color=BLUE, alpha=alpha, linewidth=0)
