@@ -16,7 +16,7 @@ from rigid.errors import InputError
 from rigid.export import DIMENSIONS
 from rigid.parameters import scoped
 from rigid.posterior import load_posterior
-from rigid.rig import build_rig
+from rigid.rig import PRESLIDING, build_rig
 from rigid.smoothing.field import Field
 from rigid.smoothing.learning import Sheet
 from rigid.smoothing.model import QUANTITIES, Calibration
@@ -26,8 +26,8 @@ from rigid.spec.values import SpecBody
 
 CORE = ("M_HC", "M_Pl", "M_Fl", "S_Pl", "L_0")
 
-LATER = ("presliding",)
-"""Constants of the rig that older posteriors do not hold; they have a default."""
+LATER = {"presliding": PRESLIDING}
+"""Constants of the rig that older posteriors do not hold, and what they were there."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -147,9 +147,9 @@ def draws(law: Law, field: Field) -> Draws:
 
     Raises InputError where the posterior has no value of a parameter for field records.
     """
-    seen = scoped(law.values, ("field", field.cylinder, field.label))
-    names = [*CORE, *(n for e in law.effects for p in e.parameters() for n in p.labels)]
-    names += [n for n in LATER if n in seen]
+    seen = {n: np.array([v]) for n, v in LATER.items()}
+    seen |= scoped(law.values, ("field", field.cylinder, field.label))
+    names = [*CORE, *LATER, *(n for e in law.effects for p in e.parameters() for n in p.labels)]
     for name in names:
         if name not in seen:
             known = [k for k in seen if k.startswith(f"{name}[")]

@@ -7,9 +7,9 @@ import jax
 import numpy as np
 
 from rigid.smoothing import latent, quantised
-from rigid.smoothing.field import Field
+from rigid.smoothing.field import BLOCK, Field
 from rigid.smoothing.latent import Movement
-from rigid.smoothing.smoother import STEPS, Draws, Evidence, filtered, smoothed
+from rigid.smoothing.smoother import STEPS, Draws, Evidence, filtered, smooth, smoothed
 
 FACTORS = (8.0, 3.0, 1.7)
 """By which each scale is tried up and down, round by round; a round that moves goes on."""
@@ -45,13 +45,11 @@ class Learned(NamedTuple):
 
 
 class Pass(NamedTuple):
-    """One pass over the record: next movement, bound of the last, and what was found."""
+    """One pass over the record: next movement, bound of the last, and readings without noise."""
 
     movement: Movement
     bound: np.ndarray
     read: np.ndarray
-    mean: np.ndarray
-    variance: np.ndarray
 
 
 class Sheet(NamedTuple):
@@ -66,7 +64,7 @@ def learn(
 ) -> Learned:
     """Find the scales of greatest evidence and every interval's variance.
 
-    - `centre`: one draw, repeated CANDIDATES times. - `report`: is told each pass.
+    - `centre`: one draw. - `report`: is told each pass.
     """
     reading, variance = field.reading, quantised.plain(field.reading, *sheet)
     scale = np.tile(np.array(latent.START), (CANDIDATES, 1))
@@ -116,20 +114,16 @@ def one_pass(
     field: Field, draws: Draws, read: tuple[np.ndarray, np.ndarray], movement: Movement
 ) -> Pass:
     """Smooth once for every candidate and take in what moved."""
-    count = movement.scale.shape[0]
-    keys = jax.random.split(jax.random.key(0), count)
     evidence = Evidence(*read, movement.variances)
-    begins = filtered(field, draws, evidence, keys)
-    found: dict[str, list[np.ndarray]] = {}
-    names = ("moved", "moved_variance", "read", "mean", "variance")
-    for _, block in smoothed(field, draws, evidence, keys, begins):
-        for name in names:
-            found.setdefault(name, []).append(np.asarray(getattr(block, name)))
-    moved, moved_variance, sensed, mean, variance = (
-        np.concatenate(found[name][::-1], axis=1)[:, : field.samples] for name in names
+    begins = filtered(field, draws, evidence, None)
+    found: list[tuple[np.ndarray, ...]] = []
+    for _, block in smoothed(field, draws, evidence, None, begins):
+        found.append(tuple(map(np.asarray, (block.moved, block.moved_variance, block.read))))
+    moved, moved_variance, sensed = (
+        np.concatenate(part[::-1], axis=1)[:, : field.samples] for part in zip(*found, strict=True)
     )
     value = latent.bound(movement, np.asarray(begins[-1].evidence))
-    return Pass(latent.updated(movement, moved, moved_variance), value, sensed, mean, variance)
+    return Pass(latent.updated(movement, moved, moved_variance), value, sensed)
 
 
 def _final(
@@ -140,13 +134,23 @@ def _final(
     best: Movement,
 ) -> Learned:
     """Go on with the scales that were found until the intervals have settled."""
-    one = jax.tree.map(lambda leaf: leaf[..., :1], centre)
     movement = _repeated(best, 1)
     for _ in range(LAST_PASSES):
-        used, done = movement, one_pass(field, one, read, movement)
+        used, done = movement, one_pass(field, centre, read, movement)
         movement = done.movement
         read = quantised.expanded(field.reading, done.read[0], *sheet)
     off = (field.reading - done.read[0]) ** 2 / quantised.plain(field.reading, *sheet)
     gap = np.sqrt(np.sum(off * field.known, axis=0) / np.maximum(field.known.sum(axis=0), 1.0))
-    sd = np.sqrt(done.variance[0])
-    return Learned(_only(used, 0), *read, float(done.bound[0]), done.mean[0], sd, gap)
+    mean, variance = _told(field, centre, Evidence(*read, used.variances))
+    return Learned(_only(used, 0), *read, float(done.bound[0]), mean, np.sqrt(variance), gap)
+
+
+def _told(field: Field, centre: Draws, evidence: Evidence) -> tuple[np.ndarray, np.ndarray]:
+    """Mean and variance of what is shown of one draw, (samples, steps, 3)."""
+    mean, variance = (np.zeros((field.blocks * BLOCK, STEPS, 3)) for _ in range(2))
+    keys = jax.random.split(jax.random.key(0), 1)
+    for first, block in smooth(field, centre, evidence, keys):
+        assert block.shown is not None  # there are keys
+        mean[first : first + BLOCK] = block.shown.mean[0]
+        variance[first : first + BLOCK] = block.shown.variance[0]
+    return mean[: field.samples], variance[: field.samples]

@@ -12,8 +12,9 @@ from rigid.smoothing.learning import Learned
 from rigid.smoothing.model import KAPPA, LATENT_SCALES, LOAD
 from rigid.smoothing.smoother import STEPS, smooth
 
-BATCH = 8
-"""Draws in one compiled program."""
+BATCH, SHORT_BATCH, SHORT = 8, 32, 5_000
+"""Draws in one compiled program, and in that of records up to SHORT samples: the more the cheaper
+is a draw, but all of them are in memory at once."""
 
 FINE_UP_TO = 20_000
 """Samples up to which every step between samples is told; of longer records only the steps of
@@ -64,6 +65,11 @@ class Test(NamedTuple):
     rows: np.ndarray
 
     @property
+    def batch(self) -> int:
+        """Draws that are smoothed together."""
+        return SHORT_BATCH if self.fields[0].samples <= SHORT else BATCH
+
+    @property
     def time(self) -> np.ndarray:
         """Times that are told [s], on the clock of the file."""
         return self.fields[0].first + self.rows * self.fields[0].interval / STEPS
@@ -86,7 +92,7 @@ def told(fields: Sequence[Field], learned: Sequence[Learned]) -> np.ndarray:
 
 
 def quantities(test: Test, law: Law, rng: np.random.Generator) -> Mapping[str, Path]:
-    """Smooth a test for a batch of draws, at most BATCH; by name, such as `load_A`.
+    """Smooth a test for a batch of draws, at most `test.batch`; by name, such as `load_A`.
 
     With two cylinders `load_total` is the sum, `displacement_mean` the plate's middle and `tilt`
     how far the first cylinder's end is ahead of the second's.
@@ -94,7 +100,7 @@ def quantities(test: Test, law: Law, rng: np.random.Generator) -> Mapping[str, P
     out: dict[str, Path] = {}
     for field, learned in zip(test.fields, test.learned, strict=True):
         seed = int(rng.integers(2**31))
-        parts = _cylinder(field, law, learned, (seed, test.rows))
+        parts = _cylinder(field, law, learned, (seed, test.batch, test.rows))
         for name, part in zip(("load", "displacement", "kappa"), parts, strict=True):
             out[f"{name}_{field.cylinder}"] = part
     if len(test.fields) == 2:
@@ -106,17 +112,20 @@ def quantities(test: Test, law: Law, rng: np.random.Generator) -> Mapping[str, P
     return out
 
 
-def _cylinder(field: Field, law: Law, learned: Learned, run: tuple[int, np.ndarray]) -> list[Path]:
-    """Load, displacement and kappa of one cylinder."""
-    seed, rows = run
+def _cylinder(
+    field: Field, law: Law, learned: Learned, run: tuple[int, int, np.ndarray]
+) -> list[Path]:
+    """Load, displacement and kappa of one cylinder; `run`: seed, draws together, rows."""
+    seed, batch, rows = run
     count = law.size
-    padded = law.only(np.minimum(np.arange(BATCH), count - 1))
-    keys = jax.random.split(jax.random.key(seed), BATCH)
+    padded = law.only(np.minimum(np.arange(batch), count - 1))
+    keys = jax.random.split(jax.random.key(seed), batch)
     found = np.zeros((4, count, len(rows), 3))
     for first, block in smooth(field, draws(padded, field), learned.evidence, keys):
         here = (rows >= first * STEPS) & (rows < (first + BLOCK) * STEPS)
         inside = rows[here] - first * STEPS
-        for i, part in enumerate((block.mean, block.variance, block.own, block.noise)):
-            flat = np.asarray(part).reshape(BATCH, -1, 3)
+        assert block.shown is not None  # there are keys
+        for i, part in enumerate(block.shown):
+            flat = np.asarray(part).reshape(batch, -1, 3)
             found[i][:, here] = flat[:count][:, inside]
     return [Path(*found[..., i]) for i in range(3)]

@@ -9,9 +9,9 @@ import numpy as np
 from rigid.smoothing.budget import Bodies, Line, Windows, bodies, figures, lines, windows
 from rigid.smoothing.field import Field
 from rigid.smoothing.laws import Law, draws, sheet
-from rigid.smoothing.learning import CANDIDATES, Learned, learn
+from rigid.smoothing.learning import Learned, learn
 from rigid.smoothing.mixture import Mixture, Moments
-from rigid.smoothing.paths import BATCH, Path, Test, quantities, told
+from rigid.smoothing.paths import Path, Test, quantities, told
 from rigid.spec import Spec
 
 DRAWS = 128
@@ -64,7 +64,7 @@ def learned(
     """Learn of every cylinder's record how its load moves."""
     out = []
     for field in fields:
-        centre = draws(law.centre().only(np.zeros(CANDIDATES, dtype=int)), field)
+        centre = draws(law.centre(), field)
         out.append(learn(field, centre, sheet(spec, law, field.cylinder), report))
     return tuple(out)
 
@@ -84,14 +84,14 @@ def bands(
     best = max(ways, key=lambda way: way.law.weight)
     gathering = _Gathering(best.test)
     for number, (test, law) in enumerate(ways):
-        for batch in _batches(law, law.size):
+        for batch in _batches(law, test.batch):
             gathering.whole(quantities(test, batch, rng), law.weight / law.size, number)
             report(1)
     centre = best.law.centre()
     for part in ("sensors", "rig") if apart else ():
         some = best.law.only(np.arange(min(PART_DRAWS, best.law.size)))
         alone = centre.with_sensors_of(some) if part == "sensors" else some.with_sensors_of(centre)
-        for batch in _batches(alone, some.size):
+        for batch in _batches(alone, best.test.batch):
             gathering.part(part, quantities(best.test, batch, rng))
             report(1)
     return gathering.finished()
@@ -100,13 +100,13 @@ def bands(
 def passes(ways: Sequence[Way]) -> int:
     """How many batches `bands` goes through."""
     best = max(ways, key=lambda way: way.law.weight)
-    parts = 2 * -(-min(PART_DRAWS, best.law.size) // BATCH)
-    return sum(-(-way.law.size // BATCH) for way in ways) + parts
+    parts = 2 * -(-min(PART_DRAWS, best.law.size) // best.test.batch)
+    return sum(-(-way.law.size // way.test.batch) for way in ways) + parts
 
 
-def _batches(law: Law, size: int) -> Iterator[Law]:
-    for first in range(0, size, BATCH):
-        yield law.only(np.arange(first, min(first + BATCH, size)))
+def _batches(law: Law, batch: int) -> Iterator[Law]:
+    for first in range(0, law.size, batch):
+        yield law.only(np.arange(first, min(first + batch, law.size)))
 
 
 class _Gathering:

@@ -1,7 +1,7 @@
 """A record through the smoother: forward over its blocks and back again."""
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -12,8 +12,9 @@ from jax import Array
 from rigid.rig import Rig
 from rigid.smoothing import kalman
 from rigid.smoothing.field import BLOCK, NODE, Field, node_places, reference
+from rigid.smoothing.interval import Interval, intervals
 from rigid.smoothing.kalman import Backward, Filtered, Run, Samples, Smoothed
-from rigid.smoothing.model import LATENT_SCALES, Calibration, Nodes, Reference, nodes, scales, shown
+from rigid.smoothing.model import LATENT_SCALES, Calibration, Reference, nodes, scales, shown
 
 STEPS = 4
 """Steps from one sample to the next: the load is told every 2.5 ms at 100 Hz."""
@@ -35,8 +36,8 @@ class Draws(NamedTuple):
 class Evidence(NamedTuple):
     """Readings as Gaussians, which all draws share, and how the load may move.
 
-    - `reading`, `variance` (samples, 3) SI. - `moves` (samples, 3), or (draws, samples, 3) where
-      draws differ: variance a step, in units of scales.
+    - `reading`, `variance` (samples, 3) SI. - `moves` (samples, 3), or (ways, samples, 3): variance
+      a step, in units of scales, the same for all draws or several ways for one draw.
     """
 
     reading: np.ndarray
@@ -45,47 +46,54 @@ class Evidence(NamedTuple):
 
 
 @eqx.filter_jit
-def _tables(draws: Draws, path: Reference, length: float) -> Nodes:
+def _tables(draws: Draws, path: Reference, length: float) -> Interval:
     """Nodes of a block for a batch of draws."""
-    return jax.vmap(lambda d: nodes(d.rig, path, d.sensors, length), in_axes=-1)(draws)
+
+    def one(draw: Draws) -> Interval:
+        return intervals(nodes(draw.rig, path, draw.sensors, length), shown(draw.rig), STEPS)
+
+    return jax.vmap(one, in_axes=-1)(draws)
 
 
 @eqx.filter_jit
-def _start(draws: Draws, keys: Array) -> tuple[Filtered, Array]:
-    """What is known before the first sample, and the rows that show a state."""
+def _start(draws: Draws, keys: Array | None, ways: int) -> Filtered:
+    """What is known before the first sample; `keys` as in `filtered`, `ways` of one draw."""
 
-    def one(draw: Draws, key: Array) -> tuple[Filtered, Array]:
+    def one(draw: Draws, key: Array | None) -> Filtered:
         size = scales(draw.rig)
         n = size.shape[0]
         first = jnp.array([FIRST_LOAD, FIRST_SLOPE, FIRST_KAPPA]) / jnp.array(LATENT_SCALES)
-        sd = jnp.full(n, REST).at[n - 3 :].set(first)
-        path = sd * jax.random.normal(jax.random.fold_in(key, 2**31 - 1), (n,))
-        return _unread(n, sd, path), shown(draw.rig)
+        sd, path = jnp.full(n, REST).at[n - 3 :].set(first), jnp.zeros(n)
+        if key is not None:
+            path = sd * jax.random.normal(jax.random.fold_in(key, 2**31 - 1), (n,))
+        columns = 1 if key is None else kalman.COLUMNS
+        return Filtered(jnp.zeros((n, columns)), jnp.diag(sd**2), path, jnp.zeros(()))
 
-    state, rows = jax.vmap(one, in_axes=(-1, 0))(draws, keys)
-    return state, rows[0]
-
-
-def _unread(n: int, sd: Array, path: Array) -> Filtered:
-    return Filtered(jnp.zeros((n, kalman.COLUMNS)), jnp.diag(sd**2), path, jnp.zeros(()))
+    return _wide(jax.vmap(one, in_axes=(-1, 0))(draws, keys), ways)
 
 
-def filtered(field: Field, draws: Draws, evidence: Evidence, keys: Array) -> list[Filtered]:
+def _wide(tree: Any, ways: int) -> Any:
+    """One draw for each way that its load may move; more draws as they are."""
+    return jax.tree.map(
+        lambda leaf: jnp.repeat(leaf, ways, axis=0) if leaf.shape[0] == 1 else leaf, tree
+    )
+
+
+def filtered(field: Field, draws: Draws, evidence: Evidence, keys: Array | None) -> list[Filtered]:
     """Filter a record for a batch of draws: the state before each block and after the last.
 
-    - `keys` (draws, ...): of the simulated errors.
+    - `keys` (draws, ...): of the simulated errors, or None where there are to be none.
     """
     path, blocks = reference(field), _blocks(field, evidence)
-    state, rows = _start(draws, keys)
-    out = [state]
+    out = [_start(draws, keys, _ways(evidence))]
     for number, block in enumerate(blocks):
         run = _run(field, draws, (path, evidence, keys), block, number)
-        out.append(kalman.forward(out[-1], run, rows, STEPS))
+        out.append(kalman.forward(out[-1], run))
     return out
 
 
 def smooth(
-    field: Field, draws: Draws, evidence: Evidence, keys: Array
+    field: Field, draws: Draws, evidence: Evidence, keys: Array | None
 ) -> Iterator[tuple[int, Smoothed]]:
     """Smooth a record for a batch of draws; gives its blocks from the last to the first.
 
@@ -95,23 +103,21 @@ def smooth(
 
 
 def smoothed(
-    field: Field, draws: Draws, evidence: Evidence, keys: Array, begins: list[Filtered]
+    field: Field, draws: Draws, evidence: Evidence, keys: Array | None, begins: list[Filtered]
 ) -> Iterator[tuple[int, Smoothed]]:
     """Go back over a record that `filtered` went through, as `smooth` does."""
     path, blocks = reference(field), _blocks(field, evidence)
-    _, rows = _start(draws, keys)
-    count, n = begins[0].path.shape
-    later = Backward(jnp.zeros((count, n, kalman.COLUMNS)), jnp.zeros((count, n, n)))
+    later = Backward(jnp.zeros_like(begins[0].mean), jnp.zeros_like(begins[0].covariance))
     for number in reversed(range(field.blocks)):
         run = _run(field, draws, (path, evidence, keys), blocks[number], number)
-        later, found = kalman.backward(later, begins[number], run, rows, STEPS)
+        later, found = kalman.backward(later, begins[number], run)
         yield number * BLOCK, found
 
 
 def _run(
     field: Field,
     draws: Draws,
-    shared: tuple[Reference, Evidence, Array],
+    shared: tuple[Reference, Evidence, Array | None],
     block: Samples,
     number: int,
 ) -> Run:
@@ -119,11 +125,15 @@ def _run(
     path, evidence, keys = shared
     here = slice(number * BLOCK // NODE, (number + 1) * BLOCK // NODE + 1)
     part = Reference(*(jnp.asarray(p[here]) for p in path))
-    table = _tables(draws, part, field.interval / STEPS)
-    moves = np.zeros((len(keys), BLOCK, 3))
+    table = _wide(_tables(draws, part, field.interval / STEPS), _ways(evidence))
+    moves = np.zeros((table.step.shape[0], BLOCK, 3))
     given = evidence.moves[..., number * BLOCK : (number + 1) * BLOCK, :]
     moves[:, : given.shape[-2]] = given
     return Run(block, jnp.asarray(moves), table, keys)
+
+
+def _ways(evidence: Evidence) -> int:
+    return evidence.moves.shape[0] if evidence.moves.ndim == 3 else 1
 
 
 def _blocks(field: Field, evidence: Evidence) -> list[Samples]:

@@ -1,0 +1,74 @@
+"""A sampling interval as one linear step, made of the short steps that it is parted into.
+
+With y(j+1) = E y(j) + c + G w(j) for k short steps, whatever happens within the interval is linear
+in the state y at its beginning and in the movements w of all its steps side by side:
+
+    y(k) = E^k y + D + W w,    shown(j) = R(j) y + d(j) + T(j) w    for j = 0 .. k-1
+
+so that filter and smoother take one step an interval and still tell every step in it.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from rigid.smoothing.model import Nodes
+
+
+class Interval(NamedTuple):
+    """An interval of `k` steps and the sensors at its beginning, at nodes or at one sample.
+
+    - `step` (n, n): E^k. - `drift` (n,): D. - `entry` (n, 3k): W, by step, then load, slope, kappa.
+    - `rows` (3k, n), `rest` (3k,), `within` (3k, 3k): R, d and T of what is shown, by step.
+    - `sense` (3, n), `offset` (3,): of the sensors, SI.
+    """
+
+    step: Array
+    drift: Array
+    entry: Array
+    rows: Array
+    rest: Array
+    within: Array
+    sense: Array
+    offset: Array
+
+
+def intervals(table: Nodes, rows: Array, steps: int) -> Interval:
+    """Put the steps of an interval together at every node of one draw.
+
+    - `rows` (3, n): what is shown of a state. - `steps`: of an interval.
+    """
+    return jax.vmap(lambda at: _interval(at, rows, steps))(table)
+
+
+def _interval(at: Nodes, rows: Array, steps: int) -> Interval:
+    n, shown = rows.shape[1], rows.shape[0]
+    power, drift = jnp.eye(n), jnp.zeros(n)
+    seen, rest, entered = [], [], []
+    for _ in range(steps):
+        seen.append(rows @ power)
+        rest.append(rows @ drift)
+        entered.append(power @ at.entry)
+        power, drift = at.step @ power, at.step @ drift + at.drift
+    nothing = jnp.zeros((shown, 3))
+    within = [
+        jnp.concatenate([rows @ entered[j - 1 - i] if i < j else nothing for i in range(steps)], 1)
+        for j in range(steps)
+    ]
+    return Interval(
+        step=power,
+        drift=drift,
+        entry=jnp.concatenate(entered[::-1], axis=1),
+        rows=jnp.concatenate(seen),
+        rest=jnp.concatenate(rest),
+        within=jnp.concatenate(within),
+        sense=at.sense,
+        offset=at.offset,
+    )
+
+
+def at_sample(table: Interval, node: Array, place: Array) -> Interval:
+    """Interpolate between `node` and the next; `place` is the way towards it, 0 to 1."""
+    return jax.tree.map(lambda t: t[node] + place * (t[node + 1] - t[node]), table)
