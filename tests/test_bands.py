@@ -1,6 +1,7 @@
 """`rigid.bands`: what it refuses, what it finds in a simulated test, and the files it writes."""
 
 import csv
+import dataclasses
 import json
 from types import SimpleNamespace
 
@@ -13,11 +14,15 @@ from rigid.bands import bands
 from rigid.cli import Options
 from rigid.errors import InputError
 from rigid.posterior import save_posterior
+from rigid.smoothing import kept
+from rigid.smoothing.budget import Line
 from rigid.smoothing.events import falls, turns
 from rigid.smoothing.field import Field, read_fields
 from rigid.smoothing.latent import calm
-from rigid.smoothing.laws import read_law
+from rigid.smoothing.laws import Law, read_law, read_laws
 from rigid.smoothing.learning import Learned
+from rigid.smoothing.paths import Test
+from rigid.smoothing.run import Band, Bands
 from rigid.spec import load_spec
 
 EFFECTS = ", ".join(f'"{name}"' for name in MEMORY)
@@ -133,6 +138,50 @@ def test_a_wrong_unit(refused):
     assert "mm" in said
 
 
+LAWS = (
+    '[[bands.laws]]\nposterior = "posterior.nc"\nprobability = 0.7\n'
+    '[[bands.laws]]\nposterior = "other.nc"\nprobability = {}\n'
+)
+
+
+def test_one_posterior_and_several_laws(refused):
+    both = '[bands]\nposterior = "posterior.nc"\n' + LAWS.format(0.3)
+    assert "or [[bands.laws]] with a posterior and a probability" in refused(
+        spec_text(posterior=both)
+    )
+
+
+def test_probabilities_that_do_not_sum_to_one(refused):
+    assert "sum to 0.9" in refused(spec_text(posterior=LAWS.format(0.2)))
+
+
+def test_a_law_without_its_posterior(refused):
+    write_posterior(refused.folder / "posterior.nc")
+    said = refused(spec_text(posterior=LAWS.format(0.3)))
+    assert "other.nc: no such file" in said
+
+
+def test_a_law_of_another_rig(refused):
+    write_posterior(refused.folder / "posterior.nc")
+    other = spec_text(head=HEAD + "[rig]\nL_0 = 0.3\n")
+    write_posterior(refused.folder / "other.nc", spec=other)
+    said = refused(spec_text(posterior=LAWS.format(0.3)))
+    assert "other.nc: posterior of another rig" in said
+
+
+def test_several_laws_keep_their_effects_and_probabilities(tmp_path):
+    """Unlike a single posterior, each may be of other effects than the spec's."""
+    constant = MEMORY[:-1]
+    effects = ", ".join(f'"{name}"' for name in constant)
+    head = HEAD.replace(EFFECTS, effects)
+    write_posterior(tmp_path / "posterior.nc")
+    write_posterior(tmp_path / "other.nc", spec=spec_text(head=head), effects=constant)
+    (tmp_path / "field.toml").write_text(spec_text(posterior=LAWS.format(0.3)), encoding="utf-8")
+    laws = read_laws(load_spec(tmp_path / "field.toml"), np.random.default_rng(1))
+    assert [law.weight for law in laws] == [0.7, 0.3]
+    assert [len(law.effects) for law in laws] == [len(MEMORY), len(constant)]
+
+
 def test_no_field_record(refused):
     write_posterior(refused.folder / "posterior.nc")
     text = spec_text().replace('kind = "field"', 'kind = "free-run"')
@@ -187,6 +236,45 @@ def test_falls_and_turns_of_a_record_known_by_hand():
         (6.0, 0.12, 0.0),
         (8.0, 0.0, 0.12),
     ]
+
+
+# What is kept of a run
+
+
+def test_what_is_kept_comes_back_as_it_was(tmp_path):
+    field, learned = known_by_hand(np.arange(8.0), np.zeros(8))
+    line = Line("B", "peak load", "N", 1.0, 0.5, 1.5, 0.1 / 3.0, (0.1, None, 0.2, None, 0.3))
+    band = Band(np.ones((5, 29)) / 3.0, np.zeros((5, 29)))
+    under = ((learned,), (learned._replace(bound=2.0),))
+    test = Test((field,), under[1], np.arange(29))
+    made = Bands("press", test.time, {"load_B": band}, (line,), test)
+    path = tmp_path / "press.npz"
+    kept.save(path, "mark", kept.Kept(under, made))
+    found = kept.load(path, "mark", [field])
+    assert found.bands is not None
+    assert found.bands.budget == (line,)
+    assert found.bands.test.learned[0].bound == 2.0
+    np.testing.assert_array_equal(found.bands.time, test.time)
+    np.testing.assert_array_equal(found.bands.bands["load_B"].quantiles, band.quantiles)
+    np.testing.assert_array_equal(found.learned[0][0].movement.rate, learned.movement.rate)
+    assert found.learned[0][0].movement.steps == learned.movement.steps
+    assert kept.load(path, "other", [field]) == kept.Kept()
+    path.write_bytes(path.read_bytes()[:100])
+    assert kept.load(path, "mark", [field]) == kept.Kept()
+
+
+def test_another_seed_record_or_law_is_another_run():
+    field, _ = known_by_hand(np.arange(8.0), np.zeros(8))
+    law = Law("memory", 1.0, (), {"k_LC": np.ones(3)})
+    first = kept.mark([field], [law], 1)
+    assert first == kept.mark([field], [dataclasses.replace(law)], 1)
+    others = [
+        kept.mark([field], [law], 2),
+        kept.mark([dataclasses.replace(field, reading=field.reading + 1.0)], [law], 1),
+        kept.mark([field], [dataclasses.replace(law, weight=0.5)], 1),
+        kept.mark([field], [dataclasses.replace(law, values={"k_LC": np.zeros(3)})], 1),
+    ]
+    assert len({first, *others}) == 5
 
 
 # A whole run
@@ -269,3 +357,26 @@ def test_fields_are_read_with_both_ends(done):
     ((field,),) = read_fields(load_spec(done.folder / "field.toml"))
     assert field.samples == 401
     assert field.label == "press,A"
+
+
+@pytest.mark.slow
+@pytest.mark.long
+def test_an_interrupted_run_goes_on_and_ends_the_same(done, monkeypatch):
+    """Stopped after the draws; the resumed run learns and draws nothing anew."""
+
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    again = done.folder / "again"
+    options = Options(str(done.folder / "field.toml"), again, None, False, True, False)
+    with monkeypatch.context() as patch:
+        patch.setattr("rigid.smoothing.output.write_bands", stop)
+        with pytest.raises(KeyboardInterrupt):
+            bands(options)
+    monkeypatch.setattr("rigid.smoothing.run.learned", stop)
+    monkeypatch.setattr("rigid.smoothing.run.bands", stop)
+    assert bands(dataclasses.replace(options, resume=True)) == 0
+    assert not (again / "bands" / "unfinished").exists()
+    for name in ("press.csv", "press-parts.csv", "bands.json"):
+        first, second = (folder / "bands" / name for folder in (done.out, again))
+        assert first.read_bytes() == second.read_bytes(), name

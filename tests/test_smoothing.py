@@ -10,9 +10,9 @@ from scipy.stats import multivariate_normal, norm
 
 from rigid.rig import Surroundings, build_rig
 from rigid.smoothing import budget, kalman, latent, model, quantised
-from rigid.smoothing.interval import at_sample, intervals
+from rigid.smoothing.interval import at_place, intervals
 from rigid.smoothing.kalman import Backward, Filtered, Run, Samples
-from rigid.smoothing.mixture import LEVELS, Mixture, Moments
+from rigid.smoothing.mixture import LEVELS, Mixture, Moments, quantiles
 from rigid.smoothing.model import Calibration, Reference
 
 STEPS, SAMPLES = 2, 6
@@ -59,8 +59,12 @@ def test_an_interval_between_nodes_is_its_steps(rig):
     sensors = Calibration(jnp.zeros(3), jnp.zeros(3))
     ends = model.nodes(rig, path, sensors, INTERVAL / STEPS)
     middle = jax.tree.map(lambda leaf: leaf.mean(axis=0, keepdims=True), ends)
-    rows, at = model.shown(rig), (jnp.array(0), jnp.array(0.5))
-    found = at_sample(intervals(ends, rows, STEPS), *at)
+    rows = model.shown(rig)
+    left, right = (
+        jax.tree.map(lambda leaf, i=i: leaf[i], intervals(ends, rows, STEPS)) for i in (0, 1)
+    )
+    change = jax.tree.map(jnp.subtract, right, left)
+    found = at_place(left, change, jnp.array(0.5))
     for name, exact in intervals(middle, rows, STEPS)._asdict().items():
         size = np.abs(exact[0]).max()
         assert np.abs(getattr(found, name) - exact[0]).max() < 1e-5 * size, name
@@ -76,7 +80,7 @@ def block(table):
     reading = np.sqrt(variance) * rng.standard_normal((SAMPLES, 3)) * 20.0
     moves = np.exp(rng.uniform(-4, 2, (SAMPLES, 3)))
     place = np.linspace(0.0, 0.9, SAMPLES)
-    samples = Samples(np.zeros(SAMPLES, int), place, reading, variance, known, np.arange(SAMPLES))
+    samples = Samples(place, reading, variance, known, np.arange(SAMPLES))
     return samples, moves
 
 
@@ -255,6 +259,22 @@ def test_quantiles_of_a_mixture_are_within_a_hundredth_of_its_sd():
         density = norm.pdf(found[:, time][:, None], mean[:, time], np.sqrt(variance[:, time]))
         error = (share.mean(axis=1) - LEVELS) / density.mean(axis=1)
         assert np.abs(error).max() < 0.01 * sd
+
+
+def test_quantiles_of_mixtures_that_lie_apart_are_those_of_all_of_it():
+    """70 sds apart, weights 0.7 and 0.3; one grid for both would end between them."""
+    rng = np.random.default_rng(10)
+    places, weights = (0.0, 70.0), (0.7, 0.3)
+    mean = [rng.standard_normal((64, 1)) + place for place in places]
+    mixtures = [Mixture(), Mixture()]
+    for one, values, weight in zip(mixtures, mean, weights, strict=True):
+        one.add(values, np.ones((64, 1)), weight / 64)
+    found = quantiles(mixtures)[:, 0]
+    each = np.concatenate(mean)[:, 0]
+    share = np.repeat(np.array(weights) / 64, 64)
+    reached = norm.cdf(found[:, None], each).dot(share)
+    density = norm.pdf(found[:, None], each).dot(share)
+    assert np.abs((reached - LEVELS) / density).max() < 0.02
 
 
 def test_a_mixture_takes_no_more_room_for_more_draws():

@@ -116,10 +116,9 @@ def reference(field: Field) -> Reference:
     return Reference(*at)
 
 
-def node_places() -> tuple[np.ndarray, np.ndarray]:
-    """Left node and place towards the next of every sample of a block."""
-    index = np.arange(BLOCK)
-    return index // NODE, (index % NODE) / NODE
+def node_places() -> np.ndarray:
+    """Place of every sample of a block on the way from the node before it to the next."""
+    return (np.arange(BLOCK) % NODE) / NODE
 
 
 def read_fields(spec: Spec) -> tuple[tuple[Field, ...], ...]:

@@ -8,7 +8,8 @@ in the state y at its beginning and in the movements w of all its steps side by 
 so that filter and smoother take one step an interval and still tell every step in it.
 """
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -69,6 +70,35 @@ def _interval(at: Nodes, rows: Array, steps: int) -> Interval:
     )
 
 
-def at_sample(table: Interval, node: Array, place: Array) -> Interval:
-    """Interpolate between `node` and the next; `place` is the way towards it, 0 to 1."""
-    return jax.tree.map(lambda t: t[node] + place * (t[node + 1] - t[node]), table)
+def at_place(left: Interval, change: Interval, place: Array) -> Interval:
+    """Interpolate from a node on; `change`: to the next node, `place`: the way there, 0 to 1."""
+    return jax.tree.map(lambda start, slope: start + place * slope, left, change)
+
+
+def along(
+    step: Callable[[Any, Any, Interval], tuple[Any, Any]],
+    start: Any,
+    table: Interval,
+    given: tuple[Array, Any],
+    reverse: bool = False,
+) -> tuple[Any, Any]:
+    """Scan over the samples of a block, from node to node, and give what `jax.lax.scan` does.
+
+    - `step`: of carry, sample and its interval. - `table`: at nodes. - `given`: place of every
+      sample, and whatever goes to `step`, (samples, ...); as many samples from each node on.
+    """
+    cells = table.step.shape[0] - 1
+    left = jax.tree.map(lambda t: t[:-1], table)
+    change = jax.tree.map(lambda t: t[1:] - t[:-1], table)
+    parted = jax.tree.map(lambda x: x.reshape(cells, -1, *x.shape[1:]), given)
+
+    def cell(carry: Any, here: Any) -> tuple[Any, Any]:
+        left, change, samples = here
+
+        def one(carry: Any, sample: tuple[Array, Any]) -> tuple[Any, Any]:
+            return step(carry, sample[1], at_place(left, change, sample[0]))
+
+        return jax.lax.scan(one, carry, samples, reverse=reverse)
+
+    end, found = jax.lax.scan(cell, start, (left, change, parted), reverse=reverse)
+    return end, jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), found)

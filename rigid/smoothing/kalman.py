@@ -13,14 +13,13 @@ smoothed of it is what the load's own movement leaves unresolved, the third is w
 noise does (the simulation smoother of Durbin and Koopman 2002, Biometrika 89, in two parts).
 """
 
-from functools import partial
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.smoothing.interval import Interval, at_sample
+from rigid.smoothing.interval import Interval, along
 
 COLUMNS = 3
 """Columns of a mean where errors are simulated; otherwise the record's is the only one."""
@@ -31,12 +30,12 @@ LOG_2PI = 1.8378770664093453
 class Samples(NamedTuple):
     """One block of the record, the same for all draws; (samples, ...) each.
 
-    - `node` (samples,), `place` (samples,): left node and place towards the next, 0 to 1.
+    - `place` (samples,): on the way from the node before it to the next, 0 to 1; as many samples
+      from each node on.
     - `reading`, `variance` (samples, 3): what was read, as a Gaussian, in SI; `known`: 1 or 0.
     - `number` (samples,): of the sample in the record; seeds its simulated noise.
     """
 
-    node: Array
     place: Array
     reading: Array
     variance: Array
@@ -187,11 +186,10 @@ def _read(
 
 
 def _forward(
-    state: Filtered, given: tuple[Samples, Array, _Drawn | None], table: Interval
+    state: Filtered, given: tuple[Samples, Array, _Drawn | None], at: Interval
 ) -> tuple[Filtered, _Step]:
     """Take in one sample and go on to the next."""
     sample, moves, drawn = given
-    at = at_sample(table, sample.node, sample.place)
     sensed = at.sense @ state.mean[:, 0] + at.offset
     across = state.covariance @ at.sense.T
     state, taken = _read(state, at, sample, None if drawn is None else drawn.noise)
@@ -226,11 +224,12 @@ def forward(state: Filtered, run: Run) -> Filtered:
     Returns what is known before the next block.
     """
 
-    def one(state: Filtered, run: Run) -> Filtered:
-        def step(carry: Filtered, given: tuple) -> tuple[Filtered, None]:
-            return _forward(carry, given, run.table)[0], None
+    def step(carry: Filtered, given: tuple, at: Interval) -> tuple[Filtered, None]:
+        return _forward(carry, given, at)[0], None
 
-        return jax.lax.scan(step, state, (run.block, run.moves, _drawn(run)))[0]
+    def one(state: Filtered, run: Run) -> Filtered:
+        given = run.block, run.moves, _drawn(run)
+        return along(step, state, run.table, (run.block.place, given))[0]
 
     return jax.vmap(one, (0, BATCHED))(state, run)
 
@@ -243,22 +242,19 @@ def backward(later: Backward, state: Filtered, run: Run) -> tuple[Backward, Smoo
     """
 
     def one(later: Backward, state: Filtered, run: Run) -> tuple[Backward, Smoothed]:
-        def ahead(carry: Filtered, given: tuple) -> tuple[Filtered, _Step]:
-            return _forward(carry, given, run.table)
-
-        _, kept = jax.lax.scan(ahead, state, (run.block, run.moves, _drawn(run)))
-        back = partial(_back, table=run.table)
-        return jax.lax.scan(back, later, (run.block, run.moves, kept), reverse=True)
+        place, given = run.block.place, (run.block, run.moves, _drawn(run))
+        _, kept = along(_forward, state, run.table, (place, given))
+        given = run.block, run.moves, kept
+        return along(_back, later, run.table, (place, given), reverse=True)
 
     return jax.vmap(one, (0, 0, BATCHED))(later, state, run)
 
 
 def _back(
-    later: Backward, given: tuple[Samples, Array, _Step], table: Interval
+    later: Backward, given: tuple[Samples, Array, _Step], at: Interval
 ) -> tuple[Backward, Smoothed]:
     """Go back over an interval and over the sample at its beginning."""
     sample, moves, kept = given
-    at = at_sample(table, sample.node, sample.place)
     pull, information = later
     wide = jnp.tile(moves, at.entry.shape[1] // 3)
     moved = wide * (at.entry.T @ pull[:, 0])

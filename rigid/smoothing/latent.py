@@ -23,9 +23,10 @@ START = (10.0 / 1e3, 100.0 / 1e5, 1e-5 / 1e-1)
 LEAST = (0.1 / 1e3, 1.0 / 1e5, 1e-7 / 1e-1)
 """Scales so small that they stand for no movement but rare ones."""
 
-DOF = (1.0, 1.0, 1.0)
-"""Degrees of freedom of the Student laws: tails in which a movement a thousand scales wide is one
-in 1,600."""
+DOF = (0.12, 0.12, 0.12)
+"""Degrees of freedom of the Student laws: tails in which a movement a hundred scales wide is one in
+five. Lower than the share of samples in which a load really falls, so that a fall costs next to
+nothing; with 1 the bands about drops were too narrow (docs/studies/bands.md)."""
 
 
 class Movement(NamedTuple):

@@ -66,6 +66,29 @@ class Law:
         return dataclasses.replace(self, values=dict(self.values) | sensors)
 
 
+def read_laws(spec: Spec, rng: np.random.Generator) -> tuple[Law, ...]:
+    """Read every law that a spec's bands are made under, with its probability as weight.
+
+    - `rng`: draws gains and zeros of sensors that a posterior does not know.
+
+    Raises InputError where the spec names no posterior, or one is not of the spec's rig; a single
+    posterior has to have the spec's effects, those of several laws have their own.
+    """
+    if spec.bands is None:
+        raise InputError(
+            f'{spec.path}: has no [bands] posterior = "..."; name the posterior.nc that '
+            "`python -m rigid.fit` wrote"
+        )
+    if spec.bands.posterior is not None:
+        return (read_law(spec, spec.bands.posterior, rng),)
+    laws = []
+    for path, probability in spec.bands.sources:
+        model = _body(path, load_posterior(path)).model
+        law = read_law(spec.model_copy(update={"model": model}), path, rng)
+        laws.append(dataclasses.replace(law, weight=probability))
+    return tuple(laws)
+
+
 def read_law(spec: Spec, path: Path, rng: np.random.Generator) -> Law:
     """Read the law of a spec's rig from a posterior.
 
@@ -92,10 +115,7 @@ def _require_same(spec: Spec, path: Path, tree: xr.DataTree) -> None:
             f"{', '.join(spec.model.effects)}; run `python -m rigid.fit` on this spec, or name its "
             "posterior in [bands]"
         )
-    try:
-        body = SpecBody.model_validate(tomllib.loads(str(tree.attrs["spec"])))
-    except (KeyError, tomllib.TOMLDecodeError, ValidationError):
-        raise InputError(f"{path}: does not tell of which spec it is the posterior") from None
+    body = _body(path, tree)
     if body.rig != spec.rig:
         there, here = body.rig.model_dump(), spec.rig.model_dump()
         other = [k for k in here if here[k] != there.get(k)]
@@ -103,6 +123,14 @@ def _require_same(spec: Spec, path: Path, tree: xr.DataTree) -> None:
             f"{path}: posterior of another rig; [rig] {', '.join(other)} is not the same there as "
             f"in {spec.path}; run `python -m rigid.fit` on this spec"
         )
+
+
+def _body(path: Path, tree: xr.DataTree) -> SpecBody:
+    """The spec that a posterior is of."""
+    try:
+        return SpecBody.model_validate(tomllib.loads(str(tree.attrs["spec"])))
+    except (KeyError, tomllib.TOMLDecodeError, ValidationError):
+        raise InputError(f"{path}: does not tell of which spec it is the posterior") from None
 
 
 def _values(body: xr.Dataset) -> dict[str, np.ndarray]:

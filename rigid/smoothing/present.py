@@ -15,6 +15,7 @@ from rigid.smoothing.events import falls, turns
 from rigid.smoothing.output import unit
 from rigid.smoothing.run import Bands
 from rigid.spec import Spec
+from rigid.spec.values import BandsSpec
 
 
 def content(spec: Spec, made: dict[str, Any], found: Sequence[Bands], draws: int) -> BandsContent:
@@ -28,11 +29,18 @@ def content(spec: Spec, made: dict[str, Any], found: Sequence[Bands], draws: int
         heads=PARTS,
         records=tuple(_record(one) for one in found),
         draws=draws,
-        posterior=spec.bands.posterior.name,
+        posterior=_posteriors(spec.bands),
         command=f"python -m rigid.bands {spec.path.stem}",
         version=__version__,
         seed=made["seed"],
     )
+
+
+def _posteriors(named: BandsSpec) -> str:
+    """The posterior's file, or those of several laws with their probabilities."""
+    if named.posterior is not None:
+        return named.posterior.name
+    return ", ".join(f"{path.parent.name}/{path.name} ({p:.3g})" for path, p in named.sources)
 
 
 def _record(found: Bands) -> FieldContent:

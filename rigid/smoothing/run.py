@@ -10,7 +10,7 @@ from rigid.smoothing.budget import Bodies, Line, Windows, bodies, figures, lines
 from rigid.smoothing.field import Field
 from rigid.smoothing.laws import Law, draws, sheet
 from rigid.smoothing.learning import Learned, learn
-from rigid.smoothing.mixture import Mixture, Moments
+from rigid.smoothing.mixture import Mixture, Moments, quantiles
 from rigid.smoothing.paths import Path, Test, quantities, told
 from rigid.spec import Spec
 
@@ -114,7 +114,7 @@ class _Gathering:
 
     def __init__(self, test: Test):
         self.test, self.time = test, test.time
-        self.mixtures: dict[str, Mixture] = {}
+        self.mixtures: dict[str, dict[int, Mixture]] = {}
         self.sums: dict[tuple[str, str], Moments] = {}
         self.figures: dict[tuple[str, str], list[np.ndarray]] = {}
         self.weights: list[float] = []
@@ -124,7 +124,8 @@ class _Gathering:
     def whole(self, found: Mapping[str, Path], weight: float, law: int) -> None:
         """Take in a batch of draws in which everything varies; `weight` of each draw."""
         for name, path in found.items():
-            self.mixtures.setdefault(name, Mixture()).add(path.mean, path.variance, weight)
+            mixture = self.mixtures.setdefault(name, {}).setdefault(law, Mixture())
+            mixture.add(path.mean, path.variance, weight)
             self._sum(name, "mean", path.mean, weight)
             self._sum(name, f"law {law}", path.mean, weight)
             self._sum(name, "smoothed", path.variance, weight)
@@ -162,8 +163,8 @@ class _Gathering:
     def finished(self) -> Bands:
         """Put everything together."""
         made = {
-            name: Band(mixture.quantiles(), self._parts(name))
-            for name, mixture in self.mixtures.items()
+            name: Band(quantiles(list(mixtures.values())), self._parts(name))
+            for name, mixtures in self.mixtures.items()
         }
         weight, laws = np.array(self.weights), np.array(self.laws)
         listed = []
@@ -188,6 +189,12 @@ class _Gathering:
         return np.sqrt(np.stack([noise, *alone, form, smoothed - noise]))
 
 
-def prepared(fields: Sequence[Field], found: Sequence[Learned]) -> Test:
-    """Put the cylinders of a test together."""
-    return Test(tuple(fields), tuple(found), told(fields, found))
+def ways(
+    fields: Sequence[Field], found: Sequence[tuple[Learned, ...]], laws: Sequence[Law]
+) -> tuple[Way, ...]:
+    """Put the cylinders of a test together under each law; `found`: learned of them under it."""
+    rows = [told(fields, one) for one in found]
+    every = rows[0] if len(rows) == 1 else np.unique(np.concatenate(rows))
+    return tuple(
+        Way(Test(tuple(fields), one, every), law) for one, law in zip(found, laws, strict=True)
+    )

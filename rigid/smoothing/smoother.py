@@ -137,7 +137,7 @@ def _ways(evidence: Evidence) -> int:
 
 
 def _blocks(field: Field, evidence: Evidence) -> list[Samples]:
-    node, place = node_places()
+    place = node_places()
     reading, variance, known = (
         field.padded(v) for v in (evidence.reading, evidence.variance, field.known)
     )
@@ -147,7 +147,6 @@ def _blocks(field: Field, evidence: Evidence) -> list[Samples]:
         index = np.arange(number * BLOCK, (number + 1) * BLOCK)
         out.append(
             Samples(
-                jnp.asarray(node),
                 jnp.asarray(place),
                 jnp.asarray(reading[here]),
                 jnp.asarray(variance[here]),

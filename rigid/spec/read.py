@@ -52,9 +52,7 @@ def load_spec(path: Path) -> Spec:
         raise InputError("\n".join(dict.fromkeys(lines))) from None
     folder = path.resolve().parent
     records = tuple(r.model_copy(update={"file": folder / r.file}) for r in body.records)
-    bands = body.bands
-    if bands is not None:
-        bands = bands.model_copy(update={"posterior": folder / bands.posterior})
+    bands = None if body.bands is None else body.bands.beside(folder)
     fields = {name: getattr(body, name) for name in SpecBody.model_fields}
     fields |= {"records": records, "bands": bands, "path": path, "text": text}
     return Spec.model_construct(**fields)

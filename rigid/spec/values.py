@@ -149,10 +149,47 @@ class SamplerSpec(Value):
         return self
 
 
-class BandsSpec(Value):
-    """Where the posterior lies that bands are made from."""
+class BandsLawSpec(Value):
+    """One way the rig may be: the posterior of a calibration, and how probable it is."""
 
     posterior: Path
+    probability: Annotated[Real, Field(gt=0.0, le=1.0)]
+
+
+class BandsSpec(Value):
+    """What bands are made from: one posterior, or several laws with their probabilities."""
+
+    posterior: Path | None = None
+    laws: tuple[BandsLawSpec, ...] = ()
+
+    @model_validator(mode="after")
+    def one_way(self) -> "BandsSpec":
+        """Refuse both or neither, and probabilities that are not those of all there is."""
+        if (self.posterior is None) == (not self.laws):
+            raise ValueError(
+                'bands: name one posterior = "...", or [[bands.laws]] with a posterior and a '
+                "probability each; not both"
+            )
+        total = sum(law.probability for law in self.laws)
+        if self.laws and abs(total - 1.0) > 1e-3:
+            raise ValueError(f"bands: probabilities of laws sum to {total:.6g}; they must sum to 1")
+        return self
+
+    @property
+    def sources(self) -> tuple[tuple[Path, float], ...]:
+        """Posteriors and their probabilities, which sum to 1."""
+        if self.posterior is not None:
+            return ((self.posterior, 1.0),)
+        total = sum(law.probability for law in self.laws)
+        return tuple((law.posterior, law.probability / total) for law in self.laws)
+
+    def beside(self, folder: Path) -> "BandsSpec":
+        """Take paths as relative to a folder."""
+        laws = tuple(
+            law.model_copy(update={"posterior": folder / law.posterior}) for law in self.laws
+        )
+        one = None if self.posterior is None else folder / self.posterior
+        return self.model_copy(update={"posterior": one, "laws": laws})
 
 
 class SpecBody(Value):

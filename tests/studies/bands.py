@@ -96,13 +96,11 @@ def field_of(test):
 
 def made_bands(spec, field, laws, rows, seed: int):
     """Bands of a record at some of its told instants, under laws with the weights they have."""
-    from rigid.smoothing.run import Way, bands, learned, prepared
+    from rigid.smoothing.run import bands, learned, ways
 
-    ways = []
-    for law in laws:
-        test = prepared([field], learned(spec, [field], law, lambda _: None))
-        ways.append(Way(test._replace(rows=rows), law))
-    return bands(ways, seed, apart=False)
+    found = [learned(spec, [field], law, lambda _: None) for law in laws]
+    under = [way._replace(test=way.test._replace(rows=rows)) for way in ways([field], found, laws)]
+    return bands(under, seed, apart=False)
 
 
 def simulated(spec, whole, kind: str, seed: int):
