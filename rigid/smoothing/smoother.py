@@ -1,6 +1,6 @@
 """A record through the smoother: forward over its blocks and back again."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -84,10 +84,8 @@ def filtered(field: Field, draws: Draws, evidence: Evidence, keys: Array | None)
 
     - `keys` (draws, ...): of the simulated errors, or None where there are to be none.
     """
-    path, blocks = reference(field), _blocks(field, evidence)
     out = [_start(draws, keys, _ways(evidence))]
-    for number, block in enumerate(blocks):
-        run = _run(field, draws, (path, evidence, keys), block, number)
+    for run in _runs(field, draws, evidence, keys, range(field.blocks)):
         out.append(kalman.forward(out[-1], run))
     return out
 
@@ -99,37 +97,37 @@ def smooth(
 
     Yields the first sample of each block and (draws, samples, ...) arrays, padded in the last.
     """
-    yield from smoothed(field, draws, evidence, keys, filtered(field, draws, evidence, keys))
+    begins = [_start(draws, keys, _ways(evidence))]
+    for run in _runs(field, draws, evidence, keys, range(field.blocks - 1)):
+        begins.append(kalman.forward(begins[-1], run))
+    yield from smoothed(field, draws, evidence, keys, begins)
 
 
 def smoothed(
     field: Field, draws: Draws, evidence: Evidence, keys: Array | None, begins: list[Filtered]
 ) -> Iterator[tuple[int, Smoothed]]:
-    """Go back over a record that `filtered` went through, as `smooth` does."""
-    path, blocks = reference(field), _blocks(field, evidence)
+    """Go back over a record, as `smooth` does; `begins`: what is known before each block."""
     later = Backward(jnp.zeros_like(begins[0].mean), jnp.zeros_like(begins[0].covariance))
-    for number in reversed(range(field.blocks)):
-        run = _run(field, draws, (path, evidence, keys), blocks[number], number)
+    order = range(field.blocks)[::-1]
+    runs = _runs(field, draws, evidence, keys, order)
+    for number, run in zip(order, runs, strict=True):
         later, found = kalman.backward(later, begins[number], run)
         yield number * BLOCK, found
 
 
-def _run(
-    field: Field,
-    draws: Draws,
-    shared: tuple[Reference, Evidence, Array | None],
-    block: Samples,
-    number: int,
-) -> Run:
-    """Everything of one block for a batch of draws."""
-    path, evidence, keys = shared
-    here = slice(number * BLOCK // NODE, (number + 1) * BLOCK // NODE + 1)
-    part = Reference(*(jnp.asarray(p[here]) for p in path))
-    table = _wide(_tables(draws, part, field.interval / STEPS), _ways(evidence))
-    moves = np.zeros((table.step.shape[0], BLOCK, 3))
-    given = evidence.moves[..., number * BLOCK : (number + 1) * BLOCK, :]
-    moves[:, : given.shape[-2]] = given
-    return Run(block, jnp.asarray(moves), table, keys)
+def _runs(
+    field: Field, draws: Draws, evidence: Evidence, keys: Array | None, order: Iterable[int]
+) -> Iterator[Run]:
+    """Everything of some blocks for a batch of draws, in the order in which they are asked for."""
+    path, blocks = reference(field), _blocks(field, evidence)
+    for number in order:
+        here = slice(number * BLOCK // NODE, (number + 1) * BLOCK // NODE + 1)
+        part = Reference(*(jnp.asarray(p[here]) for p in path))
+        table = _wide(_tables(draws, part, field.interval / STEPS), _ways(evidence))
+        moves = np.zeros((table.step.shape[0], BLOCK, 3))
+        given = evidence.moves[..., number * BLOCK : (number + 1) * BLOCK, :]
+        moves[:, : given.shape[-2]] = given
+        yield Run(blocks[number], jnp.asarray(moves), table, keys)
 
 
 def _ways(evidence: Evidence) -> int:

@@ -172,7 +172,7 @@ class BandsSpec(Value):
             )
         total = sum(law.probability for law in self.laws)
         if self.laws and abs(total - 1.0) > 1e-3:
-            raise ValueError(f"bands: probabilities of laws sum to {total:.6g}; they must sum to 1")
+            raise ValueError(f"probabilities of laws sum to {total:.6g}; they must sum to 1")
         return self
 
     @property
