@@ -14,14 +14,13 @@ from rigid.bands import bands
 from rigid.cli import Options
 from rigid.errors import InputError
 from rigid.posterior import save_posterior
-from rigid.smoothing import kept
+from rigid.smoothing import kept, paths
 from rigid.smoothing.budget import Line
 from rigid.smoothing.events import falls, turns
 from rigid.smoothing.field import Field, read_fields
 from rigid.smoothing.latent import calm
 from rigid.smoothing.laws import Law, read_law, read_laws
 from rigid.smoothing.learning import Learned
-from rigid.smoothing.paths import Test
 from rigid.smoothing.run import Band, Bands
 from rigid.spec import load_spec
 
@@ -246,7 +245,7 @@ def test_what_is_kept_comes_back_as_it_was(tmp_path):
     line = Line("B", "peak load", "N", 1.0, 0.5, 1.5, 0.1 / 3.0, (0.1, None, 0.2, None, 0.3))
     band = Band(np.ones((5, 29)) / 3.0, np.zeros((5, 29)))
     under = ((learned,), (learned._replace(bound=2.0),))
-    test = Test((field,), under[1], np.arange(29))
+    test = paths.Test((field,), under[1], np.arange(29))
     made = Bands("press", test.time, {"load_B": band}, (line,), test)
     path = tmp_path / "press.npz"
     kept.save(path, "mark", kept.Kept(under, made))

@@ -67,7 +67,7 @@ def save(path: Path, mark: str, kept: Kept) -> None:
 def load(path: Path, mark: str, fields: Sequence[Field]) -> Kept:
     """Read back what `save` wrote of the same test, or nothing where there is nothing that fits."""
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
         if str(arrays["mark"]) != mark:
             return Kept()
