@@ -31,6 +31,9 @@ MOST_ZOOMS = 4
 BEFORE, AFTER = 0.06, 0.12
 """Seconds about a fall that are shown close."""
 
+LEAST_SD = 1.0
+"""Newtons below which a part of the load's uncertainty is not shown."""
+
 
 @dataclass(frozen=True, eq=False)
 class Banded:
@@ -139,10 +142,22 @@ def _bands(axes: Axes, time: np.ndarray, bands: Sequence[Banded], name: str) -> 
             axes.fill_between(*band_points(time, low, high), color=colour, alpha=alpha, linewidth=0)
         kept = line_points(median)
         axes.plot(time[kept], median[kept], color=colour, linewidth=0.9)
-    low, high = float(extent.min()) * factor, float(extent.max()) * factor
-    margin = 0.08 * max(high - low, 1e-12)
-    axes.set_ylim(low - margin, high + margin)
+    low, high = _limits(bands)
+    axes.set_ylim(low * factor, high * factor)
     axes.set_ylabel(f"{name} [{unit}]" if unit != "1" else name)
+
+
+def _limits(bands: Sequence[Banded]) -> tuple[float, float]:
+    """Ends of the axis: all medians, and the bands but where they are widest, as at a drop.
+
+    A quantity that stands still is shown on an axis of a tenth of its size, not of its noise.
+    """
+    ends = np.concatenate([b.quantiles[2] for b in bands])
+    low = min(ends.min(), *(np.quantile(b.quantiles[0], 0.05) for b in bands))
+    high = max(ends.max(), *(np.quantile(b.quantiles[4], 0.95) for b in bands))
+    least = max(0.1 * np.abs(ends).max(), 1e-12)
+    margin = max(0.08 * (high - low), 0.5 * (least - (high - low)))
+    return float(low - margin), float(high + margin)
 
 
 def _legend(bands: Sequence[Banded]) -> list[Line2D | Patch]:
@@ -158,11 +173,14 @@ def _legend(bands: Sequence[Banded]) -> list[Line2D | Patch]:
 
 
 def _parts(axes: Axes, shown: FieldShown) -> None:
+    greatest = 10.0 * LEAST_SD
     for colour, (name, sd) in zip(PART_COLOURS, shown.parts, strict=False):
         if not np.any(sd > 0.0):
             continue
         kept = line_points(sd)
-        axes.plot(shown.time[kept], np.maximum(sd[kept], 1.0), color=colour, label=name)
+        axes.plot(shown.time[kept], np.maximum(sd[kept], 1e-3), color=colour, label=name)
+        greatest = max(greatest, float(sd.max()))
     axes.set_yscale("log")
+    axes.set_ylim(LEAST_SD, 20.0 * greatest)  # room for the legend
     axes.set_ylabel(f"sd of the load,\n{shown.loads[-1].place} [N]")
     axes.legend(loc="upper left", ncols=3)

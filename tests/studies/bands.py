@@ -23,6 +23,8 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
+
 FIRST_SEED = 800_000
 NEAR = 0.05  # s from a drop
 DURATION = 5.11  # s: 512 samples
@@ -31,7 +33,6 @@ THINNED = 3  # every so many told instants count where no drop is near
 DRAWS = 128  # as the command takes
 COLUMNS = ("seed", "quantity", "where", "in50", "in90", "cover50", "cover90", "rms", "width90",
            "drops", "truth", "gap", "cpu_s")  # fmt: skip
-BASE = ("load-cell-spring", "oil-compressibility", "viscous-friction", "pump-curve")
 
 
 def options() -> argparse.Namespace:
@@ -69,12 +70,11 @@ def plant_of(values: dict, steps: dict):
 
 def constant_friction(law):
     """The same draws with the friction of steady running at every frequency."""
-    from rigid.effects import CATALOGUE
-
     values = dict(law.values)
-    values["mu"] = values["mu"] + values["mu_branch[1]"] + values["mu_branch[2]"]
-    effects = tuple(CATALOGUE[name] for name in BASE)
-    return dataclasses.replace(law, name="constant friction", effects=effects, values=values)
+    total = values["mu"] + values["mu_branch[1]"] + values["mu_branch[2]"]
+    nothing = {f"mu_branch[{i}]": np.full_like(total, NO_FRICTION) for i in (1, 2)}
+    values |= {"mu": total, **nothing}
+    return dataclasses.replace(law, name="constant friction", values=values)
 
 
 def without_memory(friction):
@@ -85,8 +85,6 @@ def without_memory(friction):
 
 def field_of(test):
     """A simulated test as the smoother meets it."""
-    import numpy as np
-
     from rigid.smoothing.field import Field
     from rigid.smoothing.model import QUANTITIES
 
@@ -105,8 +103,6 @@ def made_bands(spec, field, laws, rows, seed: int):
 
 def simulated(spec, whole, kind: str, seed: int):
     """A field test with its truth, the name of the law it obeys, and the laws of the bands."""
-    import numpy as np
-
     from rigid.generator.field import field_test
     from rigid.smoothing.model import QUANTITIES
 
@@ -127,8 +123,6 @@ def simulated(spec, whole, kind: str, seed: int):
 
 
 def one_test(spec, whole, seed: int, kind: str) -> list[dict]:
-    import numpy as np
-
     began = time.process_time()
     test, law, laws, rng = simulated(spec, whole, kind, seed)
     near = np.zeros(len(test.time), dtype=bool)
@@ -162,7 +156,6 @@ def one_test(spec, whole, seed: int, kind: str) -> list[dict]:
 
 def verdict(rows: list[dict[str, str]]) -> str:
     """Table of coverage with tests as the unit; what lies outside its binomial band stands bold."""
-    import numpy as np
     from scipy.stats import binom
 
     lines = ["| quantity | where | tests | in the 50 % band | band | in the 90 % band | band | "
@@ -192,8 +185,6 @@ def verdict(rows: list[dict[str, str]]) -> str:
 def posterior_of(path: Path):
     """The spec that a posterior is of, and its law."""
     import tomllib
-
-    import numpy as np
 
     from rigid.posterior import load_posterior
     from rigid.smoothing.laws import read_law
