@@ -70,7 +70,8 @@ class Mixture:
 
 
 def _score(share: np.ndarray) -> np.ndarray:
-    return ndtri(np.clip(share, 1e-9, 1 - 1e-9))
+    # In 32 bits the upper end would be 1, and its score infinite.
+    return ndtri(np.clip(share.astype(float), 1e-9, 1 - 1e-9))
 
 
 def quantiles(mixtures: Sequence[Mixture], levels: tuple[float, ...] = LEVELS) -> np.ndarray:
