@@ -83,8 +83,8 @@ def load(path: Path, mark: str, fields: Sequence[Field]) -> Kept:
 def _learned(arrays: dict[str, np.ndarray], key: str) -> Learned:
     parts = {name: arrays[f"{key}movement/{name}"] for name in ARRAYS}
     movement = Movement(**parts, steps=int(arrays[f"{key}steps"]))
-    plain = {name: arrays[f"{key}{name}"] for name in PLAIN}
-    return Learned(**plain | {"movement": movement, "bound": float(plain["bound"])})
+    series = {name: arrays[f"{key}{name}"] for name in PLAIN if name != "bound"}
+    return Learned(movement=movement, bound=float(arrays[f"{key}bound"]), **series)
 
 
 def _bands(
