@@ -260,6 +260,17 @@ def test_a_bundle_of_one_bump_and_a_sign_that_is_forbidden():
     assert float(log_bayes(np.asarray(-16.0), np.asarray(4.0), positive)) < -5.0
 
 
+def test_curves_of_many_candidates_are_interpolated_between_few():
+    """Events all through a record: within 0.05 of the curve of each, up to a strength of 6."""
+    departures = amplitudes(Lognormal(1.0, 1.4), 1.0)
+    sizes = np.geomspace(1.0, 1e3, 60)
+    found = explain.curves_of(departures, sizes)
+    for size, curve in zip(sizes, found, strict=True):
+        exact = log_bayes(explain.Z_GRID * size, np.full(len(curve), size**2), departures)
+        near = np.abs(explain.Z_GRID) < 6.0
+        np.testing.assert_allclose(curve[near], exact[near], atol=0.05)
+
+
 def test_probabilities_of_equal_explanations_are_their_priors():
     found = probabilities({"a": 1000.0, "b": 1000.0}, {"a": 0.3, "b": 0.1})
     assert found == pytest.approx({"a": 0.75, "b": 0.25})
