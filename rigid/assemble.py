@@ -2,8 +2,6 @@
 
 from collections.abc import Iterator, Mapping
 
-import numpy as np
-
 from rigid.catalogue import effects_named
 from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.effects.base import MOTION, PriorDescription
@@ -14,6 +12,7 @@ from rigid.likelihood import SensorSheet, make_pieces
 from rigid.parameters import Parameter, Parameters, collect, require_known
 from rigid.priors import AbstractLaw, make_law
 from rigid.problem import Problem
+from rigid.records.converter import coarseness
 from rigid.records.record import Record
 from rigid.sensors import UNITS
 from rigid.spec import Spec
@@ -42,9 +41,6 @@ its slope at p_max."""
 
 MOTION_CONSTANTS = ("M_Pl", "S_Pl", "presliding")
 """Constants of one body: its mass, the area that a pressure acts on, where bristles slide."""
-
-COARSEST = 16
-"""Most stated steps that a converter is believed to have taken as one."""
 
 NOISE_FACTOR = 1.5
 """The sheet gives the noise of one sample as 'about' so much."""
@@ -139,23 +135,12 @@ def sheets(spec: Spec, series: Mapping[str, Series] | None = None) -> dict[str, 
     for quantity, sheet in spec.sensors.stated.items():
         if quantity in UNITS:
             read = [s for s in (series or {}).values() if s.has(quantity)]
-            coarser = coarseness(read, quantity, sheet.step)
-            step = sheet.step * coarser
+            values = [s.data[quantity][s.weight[quantity] > 0] for s in read]
+            step = sheet.step * coarseness(values, sheet.step)
             out[quantity] = SensorSheet(
                 step, sheet.noise, sheet.gain_sd, sheet.zero_sd, stated_step=sheet.step
             )
     return out
-
-
-def coarseness(read: list[Series], quantity: str, step: float) -> int:
-    """How many stated steps every change of a reading is a multiple of; 1 where it says nothing."""
-    if step == 0.0 or not read:
-        return 1
-    common = 0
-    for one in read:
-        codes = np.round(one.data[quantity][one.weight[quantity] > 0] / step).astype(np.int64)
-        common = int(np.gcd.reduce(np.append(np.diff(codes), common)))
-    return common if 1 < common <= COARSEST else 1
 
 
 def list_parameters(

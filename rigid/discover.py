@@ -2,7 +2,7 @@
 
 import json
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from rigid.cli import Options, run, say
 
@@ -17,32 +17,58 @@ STARTS = 4
 """Starts of the search, at most: a fit in earnest takes more."""
 
 
+class Question(NamedTuple):
+    """What is asked of a spec: its problem, what could be missing, and notes of its records."""
+
+    spec: "Spec"
+    problem: "Problem"
+    effects: "tuple[type[AbstractEffect], ...]"
+    notes: tuple[str, ...]
+
+
 def discover(options: Options) -> int:
     """Run the workflow and write its files; returns 0, or 1 if the result must not be used."""
     from rigid.spec import find_spec, load_spec
 
     spec = load_spec(find_spec(options.spec))
     say(options, f"spec {spec.path}: {len(spec.records)} records")
+    asked = question(spec)
+    from rigid.files import locked
 
+    with locked(options.folder(spec.path)):
+        return _written(asked, answer(asked, options), options)
+
+
+def question(spec: "Spec") -> Question:
+    """Read the records of a spec and list what could be missing from its model.
+
+    Raises InputError for records and candidates that nothing answers to.
+    """
     from rigid.runtime import prepare
 
     prepare()
-    from rigid.assemble import assemble, given_laws
-    from rigid.discovery.workflow import discover as work
-    from rigid.files import locked
+    from rigid.assemble import assemble
     from rigid.records.read import read_records
 
-    seed = spec.sampler.seed if options.seed is None else options.seed
     records = read_records(spec)
     problem = assemble(spec, records)
-    effects = candidates(spec, problem)
-    folder = options.folder(spec.path)
-    with locked(folder):
-        best = _best(spec, problem, options, seed)
-        outcome = work(
-            problem, best, effects, given_laws(spec), seed, lambda text: say(options, text)
-        )
-        return _written(spec, outcome, options, seed)
+    notes = tuple(f"{r.name},{r.cylinder}: {note}" for r in records for note in r.notes)
+    return Question(spec, problem, candidates(spec, problem), notes)
+
+
+def answer(asked: Question, options: Options) -> "Outcome":
+    """Search the best fit of the model as specified, and run the workflow from there."""
+    from rigid.assemble import given_laws
+    from rigid.discovery.workflow import discover as work
+
+    seed = _seed(asked.spec, options)
+    best = _best(asked.spec, asked.problem, options, seed)
+    told = given_laws(asked.spec)
+    return work(asked.problem, best, asked.effects, told, seed, lambda text: say(options, text))
+
+
+def _seed(spec: "Spec", options: Options) -> int:
+    return spec.sampler.seed if options.seed is None else options.seed
 
 
 def candidates(spec: "Spec", problem: "Problem") -> "tuple[type[AbstractEffect], ...]":
@@ -67,29 +93,29 @@ def candidates(spec: "Spec", problem: "Problem") -> "tuple[type[AbstractEffect],
 
 
 def _best(spec: "Spec", problem: "Problem", options: Options, seed: int) -> tuple:
-    """Gaussian scale and sensors of the best fit, with a progress bar."""
+    """Gaussian scale and standard sensors of the best fit, with a progress bar."""
     from tqdm import tqdm
 
-    from rigid.search import search
+    from rigid.search import settled
 
     starts = min(spec.sampler.starts, STARTS)
     with tqdm(total=starts, disable=options.quiet, desc="starts") as bar:
-        found = search(problem, starts, seed, lambda done: _advance(bar, done))
-    return found.optima[0].z, found.optima[0].standard
+        return settled(problem, starts, seed, lambda done: _advance(bar, done))
 
 
 def _advance(bar, done: int) -> None:
     bar.update(done - bar.n)
 
 
-def _written(spec: "Spec", outcome: "Outcome", options: Options, seed: int) -> int:
+def _written(asked: Question, outcome: "Outcome", options: Options) -> int:
     """Write every file and print the table or the JSON."""
     from rigid.discovery import output
-    from rigid.discovery.present import content, table
+    from rigid.discovery.present import Run, content
+    from rigid.discovery.terminal import table
     from rigid.files import write_text
     from rigid.report.discovery import write_report
 
-    folder = options.folder(spec.path)
+    spec, folder = asked.spec, options.folder(asked.spec.path)
     extended = None
     if any(step.chosen for step in outcome.steps):
         extended = folder / output.SPEC_NAME
@@ -97,7 +123,8 @@ def _written(spec: "Spec", outcome: "Outcome", options: Options, seed: int) -> i
     made = output.as_dict(spec, outcome, extended)
     text = json.dumps(made, indent=1, allow_nan=False) + "\n"
     write_text(folder / "discovery.json", text)
-    write_report(content(spec, outcome, made, seed), folder)
+    this = Run(_seed(spec, options), asked.notes)
+    write_report(content(spec, outcome, made, this), folder)
     sys.stdout.write(text if options.as_json else table(made))
     say(options, f"report: {folder / 'index.html'}")
     return 0

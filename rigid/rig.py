@@ -126,12 +126,13 @@ class Rig(eqx.Module):
             - outside.contact_stiffness * state.x_plunger
             + sum(a.on_plunger for a in actions)
         )
+        held = load + sum(a.on_cylinder for a in actions)
         inflow = outside.flow_fraction * sum(a.inflow for a in actions)
         filling = inflow - sum(a.leakage for a in actions)
         compliance = self.area * state.column * sum(a.compliance for a in actions)
         rates = (
             state.v_cylinder,
-            (load - between) / self.cylinder_mass,
+            (held - between) / self.cylinder_mass,
             state.v_plunger,
             (between + external) / self.plunger_mass,
             (filling - self.area * state.slip) / compliance,

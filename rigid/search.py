@@ -16,6 +16,7 @@ import numpy as np
 from jax import Array
 
 from rigid.correlation import Autoregression, autoregression
+from rigid.errors import InputError
 from rigid.likelihood import fitted
 from rigid.newton import descend, is_noise, joined, split
 from rigid.noise import sample_law
@@ -25,6 +26,8 @@ KEEP_WITHIN = 40.0
 """Optima that lie further below the best in log-posterior have a weight below 1e-17."""
 SAME_WITHIN = 3.0
 """Optima closer than this many standard deviations (root of mean square) are one."""
+AGREE = 1.0
+"""Two starts that end within this of each other in log-posterior have found the same optimum."""
 REFINEMENTS = 2
 NOISE_STEP = 0.1
 NOISE_ITERATIONS = 4
@@ -63,6 +66,42 @@ class Found:
     levels: np.ndarray
 
 
+def settled(
+    problem: Problem, starts: int, seed: int, report: Callable[[int], None] = lambda _: None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Find the best optimum alone, from as few starts as settle it: until two of them agree.
+
+    Returns z (size,), noise levels at the centre of their priors, and gains and zeros
+    (sensors, 2) on their standard scale. `starts`: at most; `report(done)` after each.
+
+    Raises InputError where no start leads anywhere.
+    """
+    first, z_noise, zero = _starts(problem, starts, seed)
+    ends: list[tuple[float, np.ndarray]] = []
+    for done, z in enumerate(first, start=1):
+        end, there = descend(problem, joined(problem, z, zero), z_noise)
+        report(done)
+        if not np.isfinite(float(there.value)):
+            continue
+        ends.append((float(there.value), end))
+        ends.sort(key=lambda one: one[0])
+        if len(ends) > 1 and ends[1][0] < ends[0][0] + AGREE:
+            break
+    if not ends:
+        raise InputError(
+            "no start of the search led to a finite likelihood; look at units and valve programmes"
+        )
+    z, standard = split(problem, ends[0][1], z_noise)
+    return np.asarray(z), np.asarray(standard)
+
+
+def _starts(problem: Problem, starts: int, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Draws of the prior (starts, size), its centre first; noise levels, gains and zeros at 0."""
+    first = np.random.default_rng(seed).standard_normal((starts, problem.parameters.size))
+    first[0] = 0.0
+    return first, np.zeros(int(is_noise(problem).sum())), np.zeros((len(problem.sensors), 2))
+
+
 def search(
     problem: Problem, starts: int, seed: int, report: Callable[[int], None] = lambda _: None
 ) -> Found:
@@ -70,11 +109,7 @@ def search(
 
     - `report(done)` is called after each start.
     """
-    rng = np.random.default_rng(seed)
-    first = rng.standard_normal((starts, problem.parameters.size))
-    first[0] = 0.0
-    z_noise = np.zeros(int(is_noise(problem).sum()))
-    zero = np.zeros((len(problem.sensors), 2))
+    first, z_noise, zero = _starts(problem, starts, seed)
 
     def run(z: np.ndarray) -> tuple[np.ndarray, float]:
         end, there = descend(problem, joined(problem, z, zero), z_noise)

@@ -2,14 +2,12 @@
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from rigid.assemble import assemble, coarseness
+from rigid.assemble import assemble
 from rigid.errors import InputError
 from rigid.records.read import read_records
 from rigid.spec import load_spec
-from rigid.tracks import Series
 
 EXAMPLE = Path(__file__).parents[1] / "fits" / "calibration.toml"
 RECORDS = '"../data/reference/'
@@ -83,18 +81,3 @@ def test_records_near_the_pumps_change_of_stage_take_the_other_way(tmp_path: Pat
 def test_what_is_not_there_is_refused_with_a_sentence(tmp_path: Path, model, says: str):
     with pytest.raises(InputError, match=says):
         problem_with(tmp_path, **model)
-
-
-@pytest.mark.parametrize(("multiple", "found"), [(1, 1), (2, 2), (3, 3), (17, 1)])
-def test_a_converter_coarser_than_its_sheet_is_found_out(multiple: int, found: int):
-    """Its codes stand on every other step, or every third; a common shift changes nothing."""
-    rng = np.random.default_rng(500 + multiple)
-    codes = 5 + multiple * rng.integers(0, 40, 300)
-    read = [
-        Series({"load": 295.0 * codes}, {"load": np.ones(300)}),
-        Series({"load": 295.0 * codes[::-1]}, {"load": np.ones(300)}),
-        Series({"stroke": np.zeros(300)}, {"stroke": np.ones(300)}),
-    ]
-    assert coarseness(read[:2], "load", 295.0) == found
-    assert coarseness([read[2]], "stroke", 2.2e-4) == 1  # a channel that never moves says nothing
-    assert coarseness(read[:2], "load", 0.0) == 1

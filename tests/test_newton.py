@@ -7,7 +7,7 @@ from rigs import frame_problem, release_problem
 
 from rigid.newton import descend, is_noise, joined, local, split
 from rigid.proposal import ModeWeights
-from rigid.search import search
+from rigid.search import AGREE, search, settled
 from rigid.searched import load, save
 
 TRUE = {"k_LC": 6e7, "mu": 2e4}
@@ -104,6 +104,24 @@ def test_search_finds_the_right_optimum(release):
     assert levels[-1] - levels[0] > 1e3
     for optimum in found.optima:
         assert np.linalg.eigvalsh(optimum.covariance).min() > 0
+
+
+def test_a_search_for_the_best_alone_ends_where_two_starts_agree(release):
+    said = []
+    z, sensors = settled(release, 12, 5, said.append)
+    levels = search(release, 12, 5).levels  # of the same starts
+    count = said[-1]
+
+    def agreed(starts: int) -> bool:
+        best, second = np.sort(levels[:starts])[:2]
+        return bool(second < best + AGREE)
+
+    assert count < 12
+    assert agreed(count)
+    assert not any(agreed(starts) for starts in range(2, count))
+    end, z_noise = joined(release, z, sensors), np.zeros(int(is_noise(release).sum()))
+    level = float(local(release, jnp.asarray(end), jnp.asarray(z_noise)).value)
+    assert level == pytest.approx(levels[:count].min(), abs=1e-6)
 
 
 def test_descent_gives_back_its_start_where_the_model_fails(release):

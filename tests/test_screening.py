@@ -5,18 +5,20 @@ import dataclasses
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from rigs import BASE, SHEETS, converted, drive, effects, parameters, track
+from rigs import BASE, NOMINAL, SHEETS, converted, drive, effects, parameters, track
 
+from rigid.discovery import explain
 from rigid.discovery.candidates import candidates
 from rigid.discovery.evidence import Bundle, amplitudes, log_bayes, probabilities
-from rigid.discovery.families import families
+from rigid.discovery.families import families, quiet_values, sweep
 from rigid.discovery.formula import simplest
+from rigid.discovery.hidden import HiddenDrag
 from rigid.discovery.hypothesis import Hypothesis, start
 from rigid.discovery.judging import left_out, place, units
 from rigid.discovery.local import Local, expand, refined, with_weights
 from rigid.discovery.samples import lay_out
-from rigid.discovery.screening import Around, Screening, screen
-from rigid.discovery.traces import traces
+from rigid.discovery.screening import Around, Screening, gram, screen
+from rigid.discovery.traces import lanes_of, traces
 from rigid.discovery.weights import facts, spikes
 from rigid.discovery.workflow import Outcome, discover
 from rigid.effects import CATALOGUE
@@ -24,6 +26,7 @@ from rigid.groups import SlowGroup
 from rigid.likelihood import make_pieces
 from rigid.priors import Lognormal, Normal
 from rigid.problem import Problem
+from rigid.rig import FREE, build_rig
 from rigid.tracks import Series
 
 LISTED = ("piston-leakage", "hose-pressure-drop", "clock-offset", "load-cell-drift")
@@ -176,6 +179,56 @@ def test_a_spike_does_not_count_and_correlated_noise_counts_less():
     assert with_weights(local, clean).value == pytest.approx(local.value, rel=0.3)
 
 
+def test_products_are_those_of_all_samples_whatever_is_left_out():
+    """Traces of one record each, over more samples than are multiplied at a time."""
+    rng = np.random.default_rng(402)
+    columns, bend = rng.standard_normal((3000, 7)), rng.uniform(-0.1, 1.0, 3000)
+    columns[:1500, :3] = columns[2000:, 3:5] = 0.0
+    np.testing.assert_allclose(gram(columns, bend), columns.T @ (columns * bend[:, None]))
+
+
+def test_campaigns_of_a_complete_model_have_the_correlation_of_the_traces(monkeypatch):
+    """Both ways to draw them; 2,000 draws give a correlation within 5/sqrt(2,000) = 0.11."""
+    rng = np.random.default_rng(403)
+    traces = rng.standard_normal((50, 4)) @ np.diag([1.0, 10.0, 0.1, 1.0])
+    traces[:, 3] = traces[:, 0]  # in its span
+    information = traces.T @ traces
+    size = np.sqrt(np.diag(information))
+    monkeypatch.setattr(explain, "SIMULATED", 2000)
+    below = information - 1e-6 * np.outer(size, size) * np.eye(4)  # less than nothing
+    for known in (information, below):
+        drawn = explain.null_draws(known, 3) / size
+        expected = information / np.outer(size, size)
+        np.testing.assert_allclose(drawn.T @ drawn / len(drawn), expected, atol=0.11)
+
+
+def test_a_simulation_that_is_not_asked_for_is_left_out():
+    """Readings and slopes of the kinds asked for are what they are without the question."""
+    local, programs = fitted(campaign(306))
+    values = lanes_of(local, {"R_hose": np.zeros(3)}, 3)
+    along = {"R_hose": np.array([1.0, 0.0, 1.0]), "C_leak": np.array([0.0, 1.0, 0.0])}
+    (whole,) = sweep(programs[0], values, along)
+    (asked,) = sweep(programs[0], values, along, {"free-run": np.array([True, False, True])})
+    for all_lanes, some in zip(whole, asked, strict=True):
+        for quantity, series in all_lanes.items():
+            np.testing.assert_array_equal(some[quantity][..., [0, 2]], series[..., [0, 2]])
+            assert not some[quantity][..., 1].any()
+    assert whole[1]["pressure"][..., 1].any()
+
+
+def test_a_hidden_force_on_the_cylinder_is_not_read():
+    """100 N accelerate M_HC - M_Pl = 50 kg; load cell and plunger do not feel it at once."""
+    more = quiet_values(HiddenDrag) | {"hidden_drag[1]": 100.0}
+    rigs = (
+        build_rig(effects(BASE), NOMINAL),
+        build_rig((*effects(BASE), HiddenDrag), NOMINAL | more),
+    )
+    without, pushed = (rig.motion(jnp.zeros(5), FREE) for rig in rigs)
+    assert float(pushed.rates[1] - without.rates[1]) == pytest.approx(2.0)
+    assert float(pushed.load) == float(without.load)
+    assert float(pushed.plunger_acceleration) == float(without.plunger_acceleration)
+
+
 def test_projecting_out_is_refitting():
     """What the fit can absorb leaves no trace; what it cannot leaves all of it."""
     rng = np.random.default_rng(400)
@@ -206,6 +259,17 @@ def test_a_bundle_of_one_bump_and_a_sign_that_is_forbidden():
     positive = amplitudes(Lognormal(3.0, 2.0), 0.0)
     assert float(log_bayes(np.asarray(16.0), np.asarray(4.0), positive)) > 20.0
     assert float(log_bayes(np.asarray(-16.0), np.asarray(4.0), positive)) < -5.0
+
+
+def test_curves_of_many_candidates_are_interpolated_between_few():
+    """Events all through a record: within 0.05 of the curve of each, up to a strength of 6."""
+    departures = amplitudes(Lognormal(1.0, 1.4), 1.0)
+    sizes = np.geomspace(1.0, 1e3, 60)
+    found = explain.curves_of(departures, sizes)
+    for size, curve in zip(sizes, found, strict=True):
+        exact = log_bayes(explain.Z_GRID * size, np.full(len(curve), size**2), departures)
+        near = np.abs(explain.Z_GRID) < 6.0
+        np.testing.assert_allclose(curve[near], exact[near], atol=0.05)
 
 
 def test_probabilities_of_equal_explanations_are_their_priors():

@@ -10,6 +10,7 @@ import dataclasses
 import os
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 import equinox as eqx
 import jax
@@ -28,7 +29,7 @@ Effects = tuple[type[AbstractEffect], ...]
 Swept = list[tuple[dict[str, np.ndarray], dict[str, np.ndarray]]]
 """Readings and their slopes by quantity, (samples, tracks, lanes), for every group."""
 
-LANES, FEW = 36, 8
+LANES, FEW = 32, 8
 """Simulations side by side in one program, of steady effects and of others; a sweep of more takes
 several turns."""
 
@@ -112,37 +113,58 @@ def _swept(
 
 
 def sweep(
-    family: Family, values: Mapping[str, np.ndarray], tangents: Mapping[str, np.ndarray]
+    family: Family,
+    values: Mapping[str, np.ndarray],
+    tangents: Mapping[str, np.ndarray],
+    acts: Mapping[str, np.ndarray] | None = None,
 ) -> Swept:
     """Simulate all records, with one derivative in each lane.
 
     - `values`: by label, (lanes,) each; what is left out of the family's effects is absent.
     - `tangents`: direction in each lane, by label; 0 where left out.
+    - `acts`: by kind of record, the lanes that are asked for there (lanes,); what is not comes out
+      as 0. Left out: all of them everywhere.
     """
     lanes, width = len(next(iter(values.values()))), family.lanes
     every = {k: np.full(lanes, v) for k, v in family.quiet.items()} | dict(values)
     none = np.zeros(lanes)
     along = {k: np.asarray(tangents.get(k, none), dtype=float) for k in every}
-    turns = range(0, lanes, width)
-    jobs = [(group, begin) for begin in turns for group in family.groups]
+    asked = [np.flatnonzero(_asked(group, acts, lanes)) for group in family.groups]
+    jobs = [
+        (number, mine[begin : begin + width])
+        for number, mine in enumerate(asked)
+        for begin in range(0, len(mine), width)
+    ]
 
-    def one(job: tuple[AbstractGroup, int]) -> tuple[dict, dict]:
-        group, begin = job
-        here = _swept(group, _cut(every, begin, width), _cut(along, begin, width))
-        return jax.tree.map(lambda a: np.asarray(a)[..., : min(width, lanes - begin)], here)
+    def one(job: tuple[int, np.ndarray]) -> tuple[dict, dict]:
+        number, mine = job
+        here = _swept(family.groups[number], _cut(every, mine, width), _cut(along, mine, width))
+        return jax.tree.map(lambda a: np.asarray(a)[..., : len(mine)], here)
 
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
         parts = list(pool.map(one, jobs))
-    count = len(family.groups)
-    return [
-        jax.tree.map(lambda *p: np.concatenate(p, axis=-1), *parts[g::count]) for g in range(count)
-    ]
-
-
-def _cut(lanes: Mapping[str, np.ndarray], begin: int, width: int) -> dict[str, Array]:
-    """One turn's part of the lanes, filled up with the last."""
-    out = {}
-    for label, series in lanes.items():
-        part = np.asarray(series, dtype=float)[begin : begin + width]
-        out[label] = jnp.asarray(np.pad(part, (0, width - len(part)), mode="edge"))
+    out = []
+    for number, group in enumerate(family.groups):
+        shape = (group.samples, len(group.tracks), lanes)
+        found = tuple({q: np.zeros(shape) for q in group.quantities} for _ in range(2))
+        for (at, mine), part in zip(jobs, parts, strict=True):
+            if at == number:
+                jax.tree.map(partial(_put, mine), found, part)
+        out.append(found)
     return out
+
+
+def _asked(group: AbstractGroup, acts: Mapping[str, np.ndarray] | None, lanes: int) -> np.ndarray:
+    return np.ones(lanes, dtype=bool) if acts is None else acts[group.tracks[0].kind]
+
+
+def _put(lanes: np.ndarray, into: np.ndarray, part: np.ndarray) -> None:
+    into[..., lanes] = part
+
+
+def _cut(lanes: Mapping[str, np.ndarray], mine: np.ndarray, width: int) -> dict[str, Array]:
+    """One turn's lanes, filled up with the last."""
+    at = np.pad(mine, (0, width - len(mine)), mode="edge")
+    return {
+        label: jnp.asarray(np.asarray(series, dtype=float)[at]) for label, series in lanes.items()
+    }

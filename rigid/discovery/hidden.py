@@ -14,7 +14,8 @@ from rigid.effects.base import AbstractEffect, Action, State, fixed, parameter
 VARIABLES = ("time", "pressure", "stroke", "speed")
 """What a hidden force or flow may follow."""
 
-UNITS = {"time": "s", "pressure": "Pa", "stroke": "m", "speed": "m/s", "load": "N"}
+UNITS = {"time": "s", "pressure": "Pa", "stroke": "m", "speed": "m/s", "load": "N",
+         "cylinder speed": "m/s"}  # fmt: skip
 
 
 def bump(value: Array | float, centre: Array, width: Array) -> Array:
@@ -66,6 +67,27 @@ class HiddenFlow(AbstractEffect):
         return Action(leakage=-followed(self.heights, self.centre, self.width, state))
 
 
+class HiddenDrag(AbstractEffect):
+    """A force from outside on the cylinder [N] that the load cell does not read."""
+
+    heights: Array = parameter("hidden_drag", r"F_{\mathrm{HC}?}", "N", *[fixed(0.0)] * 2,
+                               absent=0.0)  # fmt: skip
+    centre: Array = parameter("hidden_drag_centre", r"c_d", "1", fixed(0.0))
+    width: Array = parameter("hidden_drag_width", r"w_d", "1", fixed(1.0))
+
+    name: ClassVar[str] = "hidden-drag"
+    equation: ClassVar[str] = "cylinder-momentum"
+    source: ClassVar[str] = "latent force; Alvarez, Luengo and Lawrence 2009, AISTATS 5, 9-16"
+    steady: ClassVar[bool] = True
+    kinds: ClassVar[tuple[str, ...] | None] = ("frame", "free-run", "field", "release")
+
+    def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
+        """Return the force over time or over the speed of the cylinder."""
+        over_time = self.heights[0] * bump(state.time, self.centre, self.width)
+        over_speed = self.heights[1] * bump(state.v_cylinder, self.centre, self.width)
+        return Action(on_cylinder=over_time + over_speed)
+
+
 class HiddenSpring(AbstractEffect):
     """A force of the load-cell end on the cylinder [N] that the load cell reads."""
 
@@ -87,4 +109,12 @@ class HiddenSpring(AbstractEffect):
         return Action(load_cell=over_time + over_place)
 
 
-HIDDEN = (HiddenForce, HiddenFlow, HiddenSpring)
+BY_KIND: dict[str, type[AbstractEffect]] = {
+    "force": HiddenForce,
+    "drag": HiddenDrag,
+    "flow": HiddenFlow,
+    "spring": HiddenSpring,
+}
+"""By what they add."""
+
+HIDDEN = tuple(BY_KIND.values())

@@ -27,7 +27,7 @@ CLOSE = 0.02
 """Done when a step promises less than this in log-posterior."""
 MOST_STEPS = 12
 HALVINGS = 3
-NOISE_GRID = np.linspace(-5.0, 5.0, 201)
+NOISE_GRID = np.linspace(-5.0, 5.0, 81)
 NOISE_ROUNDS = 2
 
 

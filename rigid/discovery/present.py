@@ -1,6 +1,6 @@
 """From the outcome of discovery to what its section of the page shows."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from rigid.discovery.formula import simplest
 from rigid.discovery.hidden import UNITS
 from rigid.discovery.judging import gap
 from rigid.discovery.output import interval, quoted
+from rigid.discovery.words import WORDS
 from rigid.discovery.workflow import Outcome, Step
 from rigid.plots.discovery import MOST_PANELS, HiddenShown, ResidualShown
 from rigid.report.discovery import DiscoveryContent, StepContent
@@ -19,6 +20,7 @@ TOLD_ODDS = 8
 LEAST_APART = 0.8
 TARGET_UNITS = {
     "force": "N",
+    "drag": "N",
     "flow": "m^3/s",
     "spring": "N",
     "load": "N",
@@ -28,6 +30,7 @@ TARGET_UNITS = {
 }
 TARGET_NAMES = {
     "force": "hidden force on the plunger",
+    "drag": "hidden force on the cylinder",
     "flow": "hidden flow into the chamber",
     "spring": "hidden force of the load-cell end",
     "load": "distortion of the load cell",
@@ -37,7 +40,14 @@ TARGET_NAMES = {
 }
 
 
-def content(spec: Spec, outcome: Outcome, made: dict[str, Any], seed: int) -> DiscoveryContent:
+class Run(NamedTuple):
+    """The seed of a run, and notes on its records: what was dropped on reading."""
+
+    seed: int
+    notes: tuple[str, ...]
+
+
+def content(spec: Spec, outcome: Outcome, made: dict[str, Any], run: Run) -> DiscoveryContent:
     """Gather the section; `made` is what goes to discovery.json."""
     first = outcome.steps[0].explained if outcome.steps else outcome.last
     names, cosines = told_apart(first)
@@ -53,13 +63,14 @@ def content(spec: Spec, outcome: Outcome, made: dict[str, Any], seed: int) -> Di
             )
         ),
         ending=_ending(outcome),
+        notes=run.notes,
         names=names,
         cosines=cosines,
         pairs=_pairs(names, cosines),
         rejected=tuple((one["effect"], one["why"]) for one in made["rejected"]),
         command=f"python -m rigid.discover {spec.path.stem}",
         version=__version__,
-        seed=seed,
+        seed=run.seed,
     )
 
 
@@ -79,38 +90,6 @@ def ruling(outcome: Outcome) -> str:
         rest = [k for k, v in first.probability.items() if v > 0.02 and k not in (NOTHING, UNNAMED)]
         return f"Something is missing; these records cannot tell which: {', '.join(rest)}."
     return "Something is missing, and no effect of the catalogue explains it."
-
-
-def table(made: dict[str, Any]) -> str:
-    """The result as a table for the terminal."""
-    lines = [f"verdict: {made['verdict']}"]
-    for number, step in enumerate(made["steps"], start=1):
-        where = step["where"]
-        lines.append(
-            f"{number}. {step['effect'] or 'no effect of the catalogue'} "
-            f"(probability {step['probability']:.2f}); shows in {where['record']},"
-            f"{where['cylinder']} {where['channel']}; equation {where['equation']}"
-        )
-        for other in step["alternatives"]:
-            lines.append(f"   or {other['effect']} (probability {other['probability']:.2f})")
-        for label, found in step["parameters"].items():
-            lines.append(
-                f"   {label} = {found['median']:.4g} ({found['q05']:.4g} to {found['q95']:.4g}) "
-                f"{found['unit']}"
-            )
-        if step["gap"]:
-            g = step["gap"]
-            lines.append(
-                f"   gap {g['before']:.4f} -> {g['after']:.4f}; left out {g['held_out_before']:.4f}"
-                f" -> {g['held_out_after']:.4f}; elpd {g['elpd_difference']:+.1f} "
-                f"(se {g['elpd_se']:.1f})"
-            )
-        if step["next_record"]:
-            lines.append(f"   next record: {step['next_record']}")
-        if step["spec"]:
-            lines.append(f"   spec with it: {step['spec']}")
-    lines.append(f"gap: {made['gap']['initial']:.4f} -> {made['gap']['final']:.4f}")
-    return "\n".join(lines) + "\n"
 
 
 def told_apart(found: Explained) -> tuple[tuple[str, ...], np.ndarray]:
@@ -143,19 +122,19 @@ def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> St
     where = told["where"]
     name = step.chosen or "something that no effect explains"
     sentences = [
+        *([f"{name}: {WORDS[name]}."] if name in WORDS else []),
         f"It shows most in record {where['record']} on cylinder {where['cylinder']}, channel "
         f"{where['channel']}"
         + (f", from {where['time_s'][0]:.2f} to {where['time_s'][1]:.2f} s" if where["time_s"]
            else "")
         + f". Equation: {where['equation']}.",
-        f"As much is found in {_share(step.explained.p_value)} of campaigns in which nothing is "
-        "missing (all that was tried counted).",
+        f"Chance alone finds as much in {_share(step.explained.p_value)} of campaigns in which "
+        "nothing is missing; all that was tried is counted.",
     ]  # fmt: skip
     if step.judged is not None:
         difference, error = step.judged.elpd
         sentences.append(
-            f"Left-out records speak for it by {difference:+.1f} in log predictive density "
-            f"(standard error {error:.1f}). A placebo, an effect with another trace, explains "
+            f"{_left_out(difference, error)} A placebo, an effect with another trace, explains "
             f"{100 * step.placebo:.0f} % as much."
         )
     if step.next_record:
@@ -174,6 +153,16 @@ def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> St
     )
 
 
+def _left_out(difference: float, error: float) -> str:
+    """What records say of it that were left out of the fit and predicted."""
+    told = f"log predictive density {difference:+.1f}, standard error {error:.1f}"
+    if difference > 2.0 * error:
+        return f"Each record left out of the fit in turn is predicted better with it ({told})."
+    if difference < -2.0 * error:
+        return f"Left out of the fit in turn, the records are predicted worse with it ({told})."
+    return f"Left out of the fit in turn, the records do not decide for or against it ({told})."
+
+
 def _share(p_value: float) -> str:
     return "fewer than 1 in 1,000" if p_value < 1e-3 else f"{100 * p_value:.1f} %"
 
@@ -188,7 +177,7 @@ def _odds(step: Step) -> tuple[tuple[str, float, float, str], ...]:
             words.get(name, name),
             step.probability[name],
             logs[name],
-            "fit in full" if name in step.refits else "" if name == NOTHING else "screening",
+            "full fit" if name in step.refits else "" if name == NOTHING else "screening",
         )
         for name in ranked
     )
@@ -253,7 +242,8 @@ def _hidden(step: Step, outcome: Outcome) -> HiddenShown:
     mean, covariance = bundle.amplitudes(found.screening.slope)
     columns = bundle.columns - len(found.listed)
     place = outcome.bench.bumps.centre[columns]
-    symbol = {"time": "t", "pressure": "p", "stroke": "x", "speed": "v", "load": "x"}
+    symbol = {"time": "t", "pressure": "p", "stroke": "x", "speed": "v", "load": "x",
+              "cylinder speed": "v"}  # fmt: skip
     formula = simplest(place, mean, covariance, symbol.get(target.variable, "y"))
     order = np.argsort(place, kind="stable")
     unit = UNITS.get(target.variable, TARGET_UNITS.get(target.kind, "1"))

@@ -1,6 +1,7 @@
 """All samples of a campaign as one long list, and their likelihood around expected readings."""
 
 import dataclasses
+from collections.abc import Container
 from functools import cached_property
 from typing import NamedTuple
 
@@ -55,6 +56,15 @@ class Layout:
     def tracks(self) -> tuple[str, ...]:
         """Labels of the records, "record,cylinder"."""
         return tuple(dict.fromkeys(c.track for c in self.channels))
+
+    @cached_property
+    def kinds(self) -> tuple[str, ...]:
+        """Kinds of the records."""
+        return tuple(dict.fromkeys(c.kind for c in self.channels))
+
+    def of_kinds(self, kinds: Container[str]) -> np.ndarray:
+        """Which samples are of records of some kinds (n,)."""
+        return np.array([c.kind in kinds for c in self.channels])[self.channel]
 
     @cached_property
     def track(self) -> np.ndarray:

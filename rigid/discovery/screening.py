@@ -55,6 +55,21 @@ class Screening(NamedTuple):
         return Screening(self.slope[which], self.information[np.ix_(which, which)])
 
 
+ROWS = 1024
+"""Samples that are multiplied at a time: most traces are 0 in most of these, and left out there."""
+
+
+def gram(columns: np.ndarray, bend: np.ndarray) -> np.ndarray:
+    """Products of columns (n, k) with each other, samples weighted by `bend` (n,): (k, k)."""
+    out = np.zeros((columns.shape[1],) * 2)
+    for begin in range(0, len(columns), ROWS):
+        here = columns[begin : begin + ROWS]
+        some = np.flatnonzero(here.any(axis=0))
+        part = here[:, some]
+        out[np.ix_(some, some)] += part.T @ (part * bend[begin : begin + ROWS, None])
+    return out
+
+
 def screen(around: Around, traces: np.ndarray) -> Screening:
     """Test every candidate.
 
@@ -67,5 +82,5 @@ def screen(around: Around, traces: np.ndarray) -> Screening:
     known = cho_factor(np.eye(around.design.shape[1]) + around.design.T @ weighted)
     shared = weighted.T @ traces
     absorbed = cho_solve(known, shared)
-    left = traces.T @ (around.bend[:, None] * traces) - shared.T @ absorbed
+    left = gram(traces, around.bend) - shared.T @ absorbed
     return Screening(traces.T @ around.score - absorbed.T @ around.pull, 0.5 * (left + left.T))

@@ -4,14 +4,14 @@ Simulations are differentiable: the change of every sample with a small amplitud
 one forward derivative at the amplitude where it is absent, many of them in one program.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
 
 from rigid.discovery.candidates import Candidate
 from rigid.discovery.families import Family, holding, sweep
-from rigid.discovery.hidden import VARIABLES
+from rigid.discovery.hidden import BY_KIND
 from rigid.discovery.local import Local
 from rigid.discovery.samples import Layout, split_swept
 
@@ -23,7 +23,7 @@ RELEASE_SPAN = 0.05
 class Target(NamedTuple):
     """What a bundle of bumps acts on.
 
-    - `kind`: "force", "flow", "spring", or the quantity whose sensor is distorted.
+    - `kind`: "force", "drag", "flow", "spring", or the quantity whose sensor is distorted.
     - `equation`. - `variable`: what the bumps follow. - `track`: one record's alone, or None.
     """
 
@@ -55,6 +55,19 @@ def reads(local: Local) -> np.ndarray:
     return 1.0 + gains[local.layout.sensor]
 
 
+class Way(NamedTuple):
+    """One simulation: the slope by an amplitude, or the change up to a level of it.
+
+    - `amplitude`: its label. - `shape`: values of the effect's parameters. - `level`: None: the
+      slope. - `kinds`: of records in which it shows.
+    """
+
+    amplitude: str
+    shape: tuple[tuple[str, float], ...]
+    level: float | None
+    kinds: frozenset[str]
+
+
 def traces(local: Local, found: tuple[Family, ...], listed: Iterable[Candidate]) -> np.ndarray:
     """Change of every sample's expected reading per unit amplitude, (n, candidates)."""
     listed = tuple(listed)
@@ -63,62 +76,70 @@ def traces(local: Local, found: tuple[Family, ...], listed: Iterable[Candidate])
     for i, one in enumerate(listed):
         lots.setdefault(found.index(holding(found, [one.effect])), []).append(i)
     for number, members in lots.items():
-        ways = list(dict.fromkeys(_way(listed[i]) for i in members))
-        slopes = _changes(local, found[number], ways)
+        # Candidates that differ by their record alone share a simulation.
+        ways = list(dict.fromkeys(_way(local.layout, listed[i]) for i in members))
+        changes = _changes(local, found[number], ways)
         for i in members:
-            column = slopes[:, ways.index(_way(listed[i]))]
+            column = changes[:, ways.index(_way(local.layout, listed[i]))]
             columns[i] = _confined(local.layout, column, listed[i].only)
     return np.stack([c for c in columns if c is not None], axis=1) * reads(local)[:, None]
 
 
-def _way(one: Candidate) -> tuple:
-    """What one simulation serves: candidates that differ by their record alone share it."""
-    return one.amplitude, tuple(one.shape.items()), one.level
+def _way(layout: Layout, one: Candidate) -> Way:
+    kinds = frozenset(k for k in layout.kinds if one.effect.acts_in(k))
+    return Way(one.amplitude, tuple(one.shape.items()), one.level, kinds)
 
 
 def _confined(layout: Layout, column: np.ndarray, only: str | None) -> np.ndarray:
-    if only is None:
-        return column
-    return np.where(layout.track == layout.tracks.index(only), column, 0.0)
+    return column if only is None else np.where(_rows(layout, only), column, 0.0)
 
 
-def _changes(local: Local, family: Family, ways: list[tuple]) -> np.ndarray:
-    """Change of every sample by each way, (n, ways): slopes, and differences up to a level."""
-    out = np.empty((len(local.reading), len(ways)))
-    steep = [i for i, way in enumerate(ways) if way[2] is None]
-    far = [i for i, way in enumerate(ways) if way[2] is not None]
-    if steep:
-        shapes = [dict(ways[i][1]) for i in steep]
-        out[:, steep] = _slopes(local, family, shapes, [ways[i] for i in steep])
-    if far:
-        shapes = [dict(ways[i][1]) for i in far]
-        moved = [
-            {**s, ways[i][0]: s[ways[i][0]] + ways[i][2]} for s, i in zip(shapes, far, strict=True)
-        ]
-        readings = _readings(local, family, [shapes[0], *moved])
-        out[:, far] = readings[:, 1:] - readings[:, :1]
+def _rows(layout: Layout, track: str) -> np.ndarray:
+    """Which samples are a record's (n,)."""
+    return layout.track == layout.tracks.index(track)
+
+
+def _changes(local: Local, family: Family, ways: list[Way]) -> np.ndarray:
+    """Change of every sample by each way, (n, ways), all in as few turns as there can be."""
+    far = [i for i, way in enumerate(ways) if way.level is not None]
+    kinds = frozenset(k for i in far for k in ways[i].kinds)
+    still = [Way("", ways[far[0]].shape, None, kinds)] if far else []  # what levels change from
+    lanes = [*ways, *still]
+    quiet, count = family.quiet, len(lanes)
+    labels = dict.fromkeys(label for way in lanes for label, _ in way.shape)
+    more = {k: np.full(count, quiet[k]) for k in labels}
+    along = {way.amplitude: np.zeros(count) for way in ways}
+    for i, way in enumerate(lanes):
+        for label, value in way.shape:
+            more[label][i] = value
+        if way.level is not None:
+            more[way.amplitude][i] += way.level
+        elif way.amplitude:
+            along[way.amplitude][i] = 1.0
+    acts = {k: np.array([k in way.kinds for way in lanes]) for k in local.layout.kinds}
+    swept = sweep(family, lanes_of(local, more, count), along, acts)
+    readings, slopes = split_swept(local.layout, swept)
+    out = slopes[:, : len(ways)]
+    for i in far:
+        out[:, i] = np.where(
+            local.layout.of_kinds(ways[i].kinds), readings[:, i] - readings[:, -1], 0.0
+        )
     return out
 
 
-def _readings(local: Local, family: Family, shapes: list[dict]) -> np.ndarray:
-    """Ideal readings with the effects at some shapes, (n, shapes)."""
-    labels = dict.fromkeys(label for shape in shapes for label in shape)
-    more = {k: np.array([s.get(k, family.quiet[k]) for s in shapes]) for k in labels}
-    values = lanes_of(local, more, len(shapes))
-    return split_swept(local.layout, sweep(family, values, {}))[0]
+class Job(NamedTuple):
+    """A bundle of bumps of a hidden force, flow or spring, to be simulated.
 
+    - `target`. - `label`: of the height. - `centre` (m,); `width`. - `kinds`: of records in which
+      it shows. - `tracks`: each of which has the bumps to itself; (): all together.
+    """
 
-def _slopes(local: Local, family: Family, shapes: list[dict], ways: list[tuple]) -> np.ndarray:
-    """Derivatives by the amplitude named first in each way, at its shape, (n, ways)."""
-    labels = dict.fromkeys(label for shape in shapes for label in shape)
-    quiet = family.quiet
-    more = {k: np.array([shape.get(k, quiet[k]) for shape in shapes]) for k in labels}
-    along = {
-        k: np.array([1.0 if way[0] == k else 0.0 for way in ways])
-        for k in dict.fromkeys(way[0] for way in ways)
-    }
-    values = lanes_of(local, more, len(ways))
-    return split_swept(local.layout, sweep(family, values, along))[1]
+    target: Target
+    label: str
+    centre: np.ndarray
+    width: float
+    kinds: frozenset[str]
+    tracks: tuple[str, ...] = ()
 
 
 def bumps(local: Local, steady: Family) -> Bumps:
@@ -126,7 +147,8 @@ def bumps(local: Local, steady: Family) -> Bumps:
 
     - `steady`: the program that holds the hidden effects.
     """
-    parts = [*_over_time(local, steady), *_over_states(local, steady), *_of_sensors(local)]
+    jobs = [*_over_time(local), *_over_states(local)]
+    parts = [*_simulated(local, steady, jobs), *_of_sensors(local)]
     return Bumps(
         np.concatenate([p.columns for p in parts], axis=1),
         tuple(t for p in parts for t in p.target),
@@ -134,43 +156,49 @@ def bumps(local: Local, steady: Family) -> Bumps:
     )
 
 
-def _heights(local: Local, steady: Family, jobs: list[tuple[str, float, float]]) -> np.ndarray:
-    """Slopes (n, jobs) by the height of bumps: label of the height, centre, width."""
-    shapes, ways = [], []
-    for label, centre, width in jobs:
-        name = label.split("[")[0]
-        shapes.append({f"{name}_centre": centre, f"{name}_width": width, label: 0.0})
-        ways.append((label,))
-    return _slopes(local, steady, shapes, ways) * reads(local)[:, None]
+def _simulated(local: Local, steady: Family, jobs: list[Job]) -> Iterator[Bumps]:
+    """Slopes by the height of every bump."""
+    ways = []
+    for job in jobs:
+        name = job.label.split("[")[0]
+        for centre in job.centre:
+            shape = ((f"{name}_centre", float(centre)), (f"{name}_width", job.width))
+            ways.append(Way(job.label, (*shape, (job.label, 0.0)), None, job.kinds))
+    slopes = _changes(local, steady, ways) * reads(local)[:, None]
+    layout, at = local.layout, 0
+    for job in jobs:
+        mine = slopes[:, at : at + len(job.centre)]
+        at += len(job.centre)
+        for track in job.tracks or (None,):
+            target = job.target._replace(track=track)
+            own = mine if track is None else np.where(_rows(layout, track)[:, None], mine, 0.0)
+            yield Bumps(own, (target,) * len(job.centre), job.centre)
 
 
-def _over_time(local: Local, steady: Family) -> list[Bumps]:
+def _over_time(local: Local) -> Iterator[Job]:
+    """Bumps over the time of each record."""
     layout = local.layout
     spans = {}
     for channel in layout.channels:
         rows = layout.read & (layout.track == layout.tracks.index(channel.track))
         span = float(np.ptp(layout.time[rows])) if rows.any() else 0.0
         spans[channel.track] = (channel.kind, span)
-    kinds = {"force": "plunger-momentum", "flow": "oil-balance"}
-    out = []
     for release, count in ((False, SLOW_BUMPS), (True, RELEASE_BUMPS)):
-        tracks = [t for t, (kind, _) in spans.items() if (kind == "release") == release]
+        tracks = tuple(t for t, (kind, _) in spans.items() if (kind == "release") == release)
         if not tracks:
             continue
         span = RELEASE_SPAN if release else max(spans[t][1] for t in tracks)
         centres = (np.arange(count) + 0.5) * span / count
-        for kind, equation in kinds.items():
-            jobs = [(f"hidden_{kind}[1]", c, span / count) for c in centres]
-            slopes = _heights(local, steady, jobs)
-            for track in tracks:
-                mine = np.where((layout.track == layout.tracks.index(track))[:, None], slopes, 0.0)
-                out.append(Bumps(mine, (Target(kind, equation, "time", track),) * count, centres))
-    return out
+        kinds = frozenset(spans[t][0] for t in tracks)
+        for kind in ("force", "drag", "flow"):
+            if here := kinds & _acting(layout, kind):
+                target = Target(kind, BY_KIND[kind].equation, "time")
+                yield Job(target, f"hidden_{kind}[1]", centres, span / count, here, tracks)
 
 
-def _over_states(local: Local, steady: Family) -> list[Bumps]:
-    """Bumps over pressure, stroke and speed, the same in all records; the load-cell end by load."""
-    layout, out = local.layout, []
+def _over_states(local: Local) -> Iterator[Job]:
+    """Bumps over states of the rig, the same in all records."""
+    layout = local.layout
 
     def range_of(quantity: str) -> tuple[float, float]:
         numbers = [i for i, c in enumerate(layout.channels) if c.quantity == quantity]
@@ -178,25 +206,33 @@ def _over_states(local: Local, steady: Family) -> list[Bumps]:
         found = local.reading[rows]
         return (float(found.min()), float(found.max())) if rows.any() else (0.0, 0.0)
 
-    speed = _speeds(local)
-    ranges = {"pressure": range_of("pressure"), "stroke": range_of("stroke"), "speed": speed}
+    ranges = (
+        ("pressure", range_of("pressure")),
+        ("stroke", range_of("stroke")),
+        ("speed", _speeds(local)),
+    )
     jobs = [
-        (kind, equation, variable, f"hidden_{kind}[{1 + VARIABLES.index(variable)}]", bounds)
-        for kind, equation in (("force", "plunger-momentum"), ("flow", "oil-balance"))
-        for variable, bounds in ranges.items()
+        (kind, variable, 2 + number, bounds)
+        for kind in ("force", "flow")
+        for number, (variable, bounds) in enumerate(ranges)
     ]
+    swing = _swing(local)
+    jobs.append(("drag", "cylinder speed", 2, (-swing, swing)))
     low, high = range_of("load")
     stiffness = local.hypothesis.values(local.w).get("k_LC", (6e7, 0.0))[0]
-    squeezed = (-high / stiffness, -low / stiffness)
-    jobs.append(("spring", "load-cell", "load", "hidden_spring[2]", squeezed))
-    for kind, equation, variable, label, (low, high) in jobs:
-        if high <= low:
-            continue
-        width = (high - low) / (STATE_BUMPS - 1)
-        centres = low + width * np.arange(STATE_BUMPS)
-        slopes = _heights(local, steady, [(label, c, width) for c in centres])
-        out.append(Bumps(slopes, (Target(kind, equation, variable),) * STATE_BUMPS, centres))
-    return out
+    jobs.append(("spring", "load", 2, (-high / stiffness, -low / stiffness)))
+    for kind, variable, number, (low, high) in jobs:
+        here = _acting(layout, kind)
+        if high > low and here:
+            width = (high - low) / (STATE_BUMPS - 1)
+            centres = low + width * np.arange(STATE_BUMPS)
+            target = Target(kind, BY_KIND[kind].equation, variable)
+            yield Job(target, f"hidden_{kind}[{number}]", centres, width, here)
+
+
+def _acting(layout: Layout, kind: str) -> frozenset[str]:
+    """Kinds of records in which a hidden thing acts."""
+    return frozenset(k for k in layout.kinds if BY_KIND[kind].acts_in(k))
 
 
 def _speeds(local: Local) -> tuple[float, float]:
@@ -209,6 +245,16 @@ def _speeds(local: Local) -> tuple[float, float]:
             speed = np.diff(stroke[::every]) / (every * channel.interval)
             low, high = min(low, float(speed.min())), max(high, float(speed.max()))
     return low, high
+
+
+def _swing(local: Local) -> float:
+    """How fast things move in a release [m/s]: the greatest integral of its acceleration."""
+    swings = [
+        float(np.ptp(np.cumsum(local.reading[local.layout.channel == number]) * channel.interval))
+        for number, channel in enumerate(local.layout.channels)
+        if channel.quantity == "acceleration"
+    ]
+    return 0.5 * max(swings, default=0.0)
 
 
 def _of_sensors(local: Local) -> list[Bumps]:

@@ -11,6 +11,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from rigid.correlation import autoregression
 from rigid.discovery.local import Local
+from rigid.discovery.screening import gram
 
 SPIKE = 6.0
 """Sds of noise and rounding that a sample must stand off the median of its neighbourhood."""
@@ -57,7 +58,7 @@ def _unexplained(local: Local, traces: np.ndarray) -> np.ndarray:
     size = np.sqrt(np.maximum(np.einsum("nk,n,nk->k", traces, bend, traces), 1e-300))
     columns = np.concatenate([local.design, traces / size], axis=1)
     spread = np.concatenate([np.ones(local.design.shape[1]), np.full(len(size), TRACE_SD)])
-    known = np.diag(spread**-2.0) + columns.T @ (columns * bend[:, None])
+    known = np.diag(spread**-2.0) + gram(columns, bend)
     pull = columns.T @ local.terms.score
     pull[: len(local.w)] -= local.w
     explained = columns @ cho_solve(cho_factor(known), pull)

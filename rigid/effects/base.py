@@ -140,6 +140,7 @@ class Action(NamedTuple):
     - `between` [N]: pushes the plunger toward the ice and the cylinder back, equal and opposite.
     - `load_cell` [N]: pushes the cylinder toward the ice and is what the load cell reads.
     - `on_plunger` [N]: from outside on plunger and plate.
+    - `on_cylinder` [N]: from outside on the cylinder; the load cell does not read it.
     - `inflow` [m^3/s]: oil into the chamber at a fully open valve; the valve passes a fraction.
     - `leakage` [m^3/s]: oil out of the chamber, whatever the valve.
     - `compliance` [1/Pa]: share of the relative compression of the oil per pressure.
@@ -149,6 +150,7 @@ class Action(NamedTuple):
     between: Array | float = 0.0
     load_cell: Array | float = 0.0
     on_plunger: Array | float = 0.0
+    on_cylinder: Array | float = 0.0
     inflow: Array | float = 0.0
     leakage: Array | float = 0.0
     compliance: Array | float = 0.0

@@ -76,5 +76,7 @@ class Ice(Piece):
     @no_type_check  # see Plant.rates
     def act(self, t: float, motion: Motion, own: list[float]) -> Action:  # noqa: ARG002
         """Push back on the plunger."""
+        if len(self.times) > 2:  # not cut to a stretch: where the rig rests before a record begins
+            return Action(on_plunger=-float(np.interp(t, self.times, self.loads)))
         (start, end), (first, last) = self.times, self.loads
         return Action(on_plunger=-(first + (last - first) * (t - start) / (end - start)))

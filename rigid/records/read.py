@@ -9,6 +9,7 @@ import numpy as np
 
 from rigid.errors import InputError
 from rigid.records import checks
+from rigid.records.converter import without_ends
 from rigid.records.defects import Defect, causes, settle
 from rigid.records.files import Source, load
 from rigid.records.record import Channel, Record, grid, longest_step, usual_corner
@@ -44,7 +45,8 @@ def read_records(spec: Spec, kinds: Collection[str] | None = None) -> tuple[Reco
 
     - kinds: return the records of these kinds instead, such as ("field",), fitted or not
 
-    A file that several records name is read once.
+    A file that several records name is read once. Samples that a sensor took at the end of its
+    range are invalid.
 
     Raises InputError with the problems of all files, one a line.
     """
@@ -58,7 +60,7 @@ def read_records(spec: Spec, kinds: Collection[str] | None = None) -> tuple[Reco
                 problems += str(error).splitlines()
     if problems:
         raise InputError("\n".join(dict.fromkeys(problems)))
-    return tuple(found)
+    return without_ends(found, spec.sensors)
 
 
 def read_record(

@@ -45,6 +45,7 @@ class DiscoveryContent:
     """The section, complete.
 
     - `ruling`: the verdict in a sentence. - `steps`. - `ending`: what is left at the end.
+    - `notes`: on the records as they were read.
     - `names`, `cosines` (n, n): what the records can tell apart. - `pairs`: sentences on it.
     - `rejected`: (effect, why).
     """
@@ -55,6 +56,7 @@ class DiscoveryContent:
     ruling: str
     steps: tuple[StepContent, ...]
     ending: tuple[str, ...]
+    notes: tuple[str, ...]
     names: tuple[str, ...]
     cosines: Float[np.ndarray, "n n"]
     pairs: tuple[str, ...]

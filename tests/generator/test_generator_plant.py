@@ -178,6 +178,15 @@ def test_ice_pushes_back_and_the_load_cell_reads_it():
     np.testing.assert_allclose(load[1:], [3e4, 6e4], rtol=1e-4)
 
 
+@pytest.mark.parametrize("first", [0.0, 2e4])
+def test_under_ice_the_rig_rests_where_its_first_load_has_it(first: float):
+    """Found by balance, as with a hidden piece in the rig, before the load is cut to stretches."""
+    plant = Plant(RIG, (FRICTION, Ice((0.0, 2.0, 9.0), (first, first, 7e4))))
+    rest = plant.balanced()
+    np.testing.assert_allclose(rest[0], -first / RIG.k_LC, atol=1e-12)
+    np.testing.assert_allclose(rest[4], first / AREA, atol=1e-3)
+
+
 @dataclass(frozen=True)
 class Leak(Piece):
     conductance: float

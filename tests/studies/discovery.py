@@ -14,18 +14,23 @@ and nowhere else.
 """
 
 import argparse
-import contextlib
-import io
 import json
 import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+import numpy as np
 from discovery_cases import CLOCK, Case, Made, cases, make
 from discovery_page import page
 
+if TYPE_CHECKING:
+    from rigid.discovery.workflow import Outcome
+
+ORDER = 2026
+"""Seed of the order in which campaigns are run: the first of them are a fair sample of all."""
 LOOKALIKE_SEEDS = (890_001, 890_002, 890_003)
 
 
@@ -49,33 +54,37 @@ def lines_of(paths: list[Path]) -> list[dict]:
     return rows
 
 
-def discovered(made: Made, seed: int, folder: Path) -> tuple[dict, float]:
-    """Run discovery as the command does; gives discovery.json and the seconds it took.
+def discovered(made: Made, seed: int, folder: Path) -> tuple[dict, "Outcome | None"]:
+    """Run discovery as the command does; gives discovery.json and what it was made of.
 
     What the command refuses or fails at has a `verdict` of its own here, and what it said.
     """
     from rigid import discover as command
     from rigid.cli import Options
+    from rigid.discovery.output import as_dict
     from rigid.errors import RigidError
+    from rigid.spec import load_spec
 
-    began = time.monotonic()
     given = Options(
         spec=str(made.spec), out=folder, seed=seed, resume=False, quiet=True, as_json=True
     )
     try:
-        with contextlib.redirect_stdout(io.StringIO()):
-            status = command.discover(given)
-        found = json.loads((folder / "discovery.json").read_text("utf-8")) | {"status": status}
-        for step in found["steps"]:
-            step.pop("spec", None)  # a path in a folder that is gone
+        asked = command.question(load_spec(made.spec))
+        outcome = command.answer(asked, given)
     except RigidError as error:
         verdict = "refused" if error.status == 2 else "failed"
-        found = {"verdict": verdict, "steps": [], "says": str(error), "status": error.status}
-    return found, time.monotonic() - began
+        return {"verdict": verdict, "steps": [], "says": str(error), "status": error.status}, None
+    except (np.linalg.LinAlgError, ValueError) as error:  # a defect: counted, and the run goes on
+        return {"verdict": "failed", "steps": [], "says": repr(error), "status": 3}, None
+    found = as_dict(asked.spec, outcome, None)
+    return json.loads(json.dumps(found, allow_nan=False)) | {"notes": asked.notes}, outcome
 
 
 def one_campaign(case: Case, with_closure: bool) -> dict:
     """Make a campaign, run discovery on it, and put truth and answer into one row."""
+    from discovery_beside import beside
+    from discovery_closure import closures
+
     row: dict = {"case": case._asdict(), "seed": case.seed}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -86,19 +95,20 @@ def one_campaign(case: Case, with_closure: bool) -> dict:
             return row | {"answer": {"verdict": "unreachable", "steps": [], "says": str(error)}}
         row["made_s"] = round(time.monotonic() - began, 1)
         row["truth"] = json.loads((folder / "truth.json").read_text("utf-8"))["hidden"]
-        answer, seconds = discovered(made, case.seed, folder / "out")
-        row |= {"answer": answer, "discover_s": round(seconds, 1)}
+        began, busy = time.monotonic(), time.process_time()
+        row["answer"], outcome = discovered(made, case.seed, folder / "out")
+        row["discover_s"] = round(time.monotonic() - began, 1)
+        row["core_s"] = round(time.process_time() - busy, 1)
+        if outcome is None:
+            return row
+        row["beside"] = beside(outcome, made, case.seed)
         if with_closure and case.population == "single" and case.strength >= 8.0:
-            from discovery_closure import closures
-
-            row["closure"] = closures(made, answer, case.seed)
+            row["closure"] = closures(outcome, made)
     return row
 
 
 def lookalikes(path: Path) -> None:
     """Write the cosines between the traces of all causes, the mean over some campaigns."""
-    import numpy as np
-
     from rigid.generator import Conditions
     from rigid.generator.campaign import drawn
     from rigid.generator.draw import stream
@@ -143,10 +153,11 @@ def main() -> int:
         args.out.mkdir(parents=True, exist_ok=True)
         path = args.out / f"discovery-{args.size}.{part}.jsonl"
         done = {row["case"]["number"] for row in lines_of([path])}
-        for case in listed[part::parts]:
+        order = np.random.default_rng(ORDER).permutation(len(listed))
+        for case in [listed[i] for i in order[part::parts]]:
             if case.number in done:
                 continue
-            row = one_campaign(case, args.closure) | {"commit": commit()}
+            row: dict = one_campaign(case, args.closure) | {"commit": commit()}
             with path.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(row) + "\n")
             says = row["answer"]["verdict"], [s.get("effect") for s in row["answer"]["steps"]]

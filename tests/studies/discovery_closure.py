@@ -1,107 +1,133 @@
 """How much of the excess misfit closes on left-out blocks once the named effect is in the model.
 
 Every second eighth of one record of each kind (and of the one record that knows of a local cause)
-is left out of a fit; there the fit's noiseless reading is compared with the one that the generator
-knows. Excess is the sum of squares of the difference over the noise. What closes is one less the
-excess with the effect over that without. The placebo is an effect of another equation, with as many
-parameters as the one that was named (or as near as there are).
+is left out of the fits without and with the effect that was named, in the programs that discovery
+used; there the fit's noiseless reading is compared with the one that the generator knows. Misfit
+is the sum of squares of the difference over the noise; of it, what the noise of the fitted samples
+makes of any model's numbers (the trace of their covariance, carried to the readings) is no excess.
+What closes is one less the excess with the effect over that without. The placebo is an effect of
+another equation, whose trace has a cosine below 0.5 with that of the named one, with as many
+parameters (or as near as there are).
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from typing import NamedTuple
 
 import numpy as np
-from discovery_cases import NAMES, Made
+from discovery_cases import Made
 
-from rigid.assemble import assemble
-from rigid.effects import CATALOGUE
-from rigid.errors import InputError
+from rigid.discovery.hypothesis import parameters_of
+from rigid.discovery.local import Local, refined, with_weights
+from rigid.discovery.refit import refit
+from rigid.discovery.samples import data_of
+from rigid.discovery.workflow import Outcome
 from rigid.generator.refit import Key, noiseless
-from rigid.problem import Problem, predict
-from rigid.records.read import read_records
-from rigid.search import search
-from rigid.spec import Spec, load_spec
+from rigid.tracks import Track
 
 LEFT_OUT = ("frame-3,A", "free-run-2,A", "release-2,A")
 BLOCKS = 8
-STARTS = 2
+APART = 0.5
 
 
-def closures(made: Made, answer: Mapping, seed: int) -> dict[str, float | None]:
-    """Part of the excess that closes, by what is added: `named` (None: nothing was), `placebo`."""
-    spec = load_spec(made.spec)
-    records = read_records(spec)
-    truth = noiseless(made.truth, made.hidden)
+class Misfit(NamedTuple):
+    """Squared misfit on the left-out samples, and the part that noise makes of any model."""
+
+    total: float
+    noise: float
+
+    @property
+    def excess(self) -> float:
+        return self.total - self.noise
+
+
+def closures(outcome: Outcome, made: Made) -> dict[str, float | str | None]:
+    """Part of the excess that closes with what was named first and with a placebo.
+
+    Gives None where nothing was named.
+    """
+    if not outcome.steps or outcome.steps[0].chosen is None:
+        return {"named": None, "placebo": None}
+    step = outcome.steps[0]
+    one = step.refits[step.chosen or ""]
+    truth = flat_truth(one.before, made)
     local = [where for told in made.truth.hidden for where in told.records]
     out = {*LEFT_OUT, *(local if len(local) == 1 else ())}
+    before, after = (misfit(fit, out, truth) for fit in (one.before, one.after))
+    name = placebo(outcome, made)
+    found = None
+    if name is not None:
+        other = refit(one.before, outcome.bench.programs, step.explained, name, lambda _: None)
+        found = _closed(misfit(other.before, out, truth), misfit(other.after, out, truth))
+    return {
+        "named": _closed(before, after), "placebo": found, "placebo_name": name,
+        "before": before.total, "before_noise": before.noise,
+        "after": after.total, "after_noise": after.noise,
+    }  # fmt: skip
 
-    def excess(more: Iterable[str]) -> float:
-        model = spec.model.model_copy(update={"effects": (*spec.model.effects, *more)})
-        changed: Spec = spec.model_copy(update={"model": model})
-        return _excess(assemble(changed, records), truth, (made, out), seed)
 
-    named = [step["effect"] for step in answer["steps"] if step.get("effect")]
-    before = excess(())
-    found: dict[str, float | None] = {"named": None, "placebo": None, "before": before}
-    if named:
-        found["named"] = 1.0 - excess(named) / before
-        found["placebo"] = 1.0 - excess([placebo(named[0], made)]) / before
+def _closed(before: Misfit, after: Misfit) -> float:
+    return 1.0 - after.excess / before.excess
+
+
+def placebo(outcome: Outcome, made: Made) -> str | None:
+    """An effect of another equation and trace, with as many parameters as the named one."""
+    step = outcome.steps[0]
+    found = step.explained
+    mine = found.listed[found.best_of(step.chosen or "")].effect
+    equations = {told.equation for told in made.truth.hidden} | {mine.equation}
+    cosines = found.screening.cosines[found.best_of(mine.name)]
+    wanted = len(parameters_of(mine, {}))
+    others = {
+        name: found.listed[found.best_of(name)].effect
+        for name in found.effects
+        if abs(cosines[found.best_of(name)]) < APART
+    }
+    apart = {name: e for name, e in others.items() if e.equation not in equations and e.steady}
+    return min(
+        apart, key=lambda name: abs(len(parameters_of(apart[name], {})) - wanted), default=None
+    )
+
+
+def flat_truth(local: Local, made: Made) -> np.ndarray:
+    """The generator's noiseless reading of every sample (n,); NaN where its record has none."""
+    layout, truth = local.layout, noiseless(made.truth, made.hidden)
+    tracks = {t.label: t for group in layout.problem.groups for t in group.tracks}
+    out = np.full(len(layout.time), math.nan)
+    for number, channel in enumerate(layout.channels):
+        rows, track = np.flatnonzero(layout.channel == number), tracks[channel.track]
+        known = truth[Key(track.name, track.cylinder, channel.quantity)]
+        at = np.arange(len(rows)) + _offset(track, made)
+        here = (at >= 0) & (at < len(known))
+        out[rows[here]] = known[at[here]]
+    return out
+
+
+def misfit(local: Local, out: set[str], truth: np.ndarray) -> Misfit:
+    """Misfit of a fit without some blocks of the records `out`, on these blocks."""
+    layout = local.layout
+    rows = _left_out(local, out) & layout.read & np.isfinite(truth)
+    chord = any(not effect.steady for effect in local.family.effects)
+    kept = refined(with_weights(local, np.where(rows, 0.0, layout.weight)), chord)
+    expected = data_of(layout) - kept.residual  # gains and zeros of the sensors in it
+    off = ((expected - truth) / layout.floor)[rows]
+    design = kept.design[rows] / layout.floor[rows, None]
+    noise = float(np.einsum("ni,ij,nj->", design, kept.covariance, design))
+    return Misfit(float(off @ off), noise)
+
+
+def _left_out(local: Local, out: set[str]) -> np.ndarray:
+    """Which samples (n,) are left out: every second of eight blocks."""
+    layout = local.layout
+    found = np.zeros(len(layout.time), dtype=bool)
+    for number, channel in enumerate(layout.channels):
+        if channel.track in out:
+            rows = np.flatnonzero(layout.channel == number)
+            end = int(np.flatnonzero(layout.read[rows]).max(initial=0)) + 1
+            found[rows] = np.arange(len(rows)) * BLOCKS // end % 2 == 1
     return found
 
 
-def placebo(named: str, made: Made) -> str:
-    """An effect of another equation than the hidden one, with as many parameters as the named."""
-    true = {told.name for told in made.truth.hidden}
-    equations = {told.equation for told in made.truth.hidden} | {CATALOGUE[named].equation}
-    wanted = len(CATALOGUE[named].parameters())
-    others = [n for n in NAMES if n not in true and CATALOGUE[n].equation not in equations]
-    return min(others, key=lambda name: abs(len(CATALOGUE[name].parameters()) - wanted))
-
-
-def _excess(
-    problem: Problem, truth: Mapping[Key, np.ndarray], told: tuple[Made, set[str]], seed: int
-) -> float:
-    """Sum of squares of (fit less truth) over the noise, on the left-out samples; NaN: no fit."""
-    made, out = told
-    masks = {(p.group, p.quantity): _left_out(problem, p, out) for p in problem.pieces}
-    weights = {key: np.where(mask, 0.0, w) for (key, mask), w in zip(
-        masks.items(), (np.asarray(p.weight) for p in problem.pieces), strict=True)}  # fmt: skip
-    try:
-        found = search(problem.with_weights(weights), STARTS, seed)
-    except InputError:
-        return math.nan
-    best = found.optima[0]
-    readings = predict(found.problem, best.z[None])
-    total = 0.0
-    for piece in problem.pieces:
-        ideal = np.asarray(piece.reading(readings))[..., 0]
-        mask = masks[piece.group, piece.quantity] & (np.asarray(piece.weight) > 0.0)
-        for i, number in enumerate(piece.tracks):
-            track = problem.groups[piece.group].tracks[number]
-            gain, zero = best.standard[problem.sensors.index(piece.sensor(i))]
-            read = ideal[:, i] * (1.0 + gain * piece.sheet.spread.gain)
-            read = read + zero * piece.sheet.spread.zero
-            known = truth[Key(track.name, track.cylinder, piece.quantity)]
-            at = np.arange(len(read)) + _offset(track, made)
-            here = mask[:, i] & (at >= 0) & (at < len(known))
-            sensor = made.truth.sensors[piece.sensor(i)]
-            noise = math.hypot(sensor.noise, sensor.step / math.sqrt(12.0))
-            total += float(np.sum(((read[here] - known[at[here]]) / noise) ** 2))
-    return total
-
-
-def _left_out(problem: Problem, piece, out: set[str]) -> np.ndarray:
-    """Which samples (samples, tracks) are left out: every second of eight blocks."""
-    mask = np.zeros(np.asarray(piece.weight).shape, dtype=bool)
-    for i, number in enumerate(piece.tracks):
-        track = problem.groups[piece.group].tracks[number]
-        if track.label in out:
-            blocks = np.arange(track.samples) * BLOCKS // track.samples
-            mask[: track.samples, i] = blocks % 2 == 1
-    return mask
-
-
-def _offset(track, made: Made) -> int:
+def _offset(track: Track, made: Made) -> int:
     """Number in the file of a track's first sample; a release is cut at its lead."""
     run = next(r for r in made.truth.runs if f"{r.name},{r.cylinder}" == track.label)
     begin = run.file_start if run.kind == "release" else float(track.first)

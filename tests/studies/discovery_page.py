@@ -1,9 +1,21 @@
 """The page of the discovery benchmark, from its rows."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+from discovery_bars import (
+    apart,
+    bars,
+    baselines,
+    coverage,
+    harm,
+    misnamed,
+    of,
+    share,
+    table,
+    within,
+)
 from discovery_cases import NAMES
 from discovery_scores import (
     BINS,
@@ -17,11 +29,8 @@ from discovery_scores import (
     forecasts,
     known_from,
     log_scores,
-    lower,
     overlap,
-    parted,
     placed,
-    stated,
     statement,
     true_names,
     upper,
@@ -49,6 +58,7 @@ def page(rows: Sequence[Row], lookalikes: Mapping, planned: int, size: str) -> s
     head = HEAD.format(size=size, commits=commits, done=len(rows), planned=planned)
     good = [row for row in rows if row["answer"]["verdict"] not in NO_ANSWER]
     sections = [
+        bars(good, known, NAMES),
         _alarms(good),
         _power(good),
         _places(good),
@@ -58,31 +68,16 @@ def page(rows: Sequence[Row], lookalikes: Mapping, planned: int, size: str) -> s
         _confidence(good),
         _confusion(good),
         _closure(good),
+        coverage(good),
+        harm(good),
+        baselines(good),
         _cost(rows),
     ]
     return "\n".join([head, *sections])
 
 
-def _of(rows: Iterable[Row], *populations: str) -> list[Row]:
-    return [row for row in rows if row["case"]["population"] in populations]
-
-
-def _share(rows: Sequence[Row], true: Callable[[Row], bool]) -> str:
-    """Count, share and both bounds of those rows for which something holds."""
-    count, of = sum(map(true, rows)), len(rows)
-    if of == 0:
-        return "0 of 0 | - | -"
-    bounds = f"{100 * lower(count, of):.1f}-{100 * upper(count, of):.1f} %"
-    return f"{count} of {of} | {100 * count / of:.1f} % | {bounds}"
-
-
-def _table(head: str, lines: Iterable[str]) -> str:
-    columns = head.count("|") - 1
-    return "\n".join([head, "|" + "---|" * columns, *lines]) + "\n"
-
-
 def _alarms(rows: Sequence[Row]) -> str:
-    groups = {"clean": _of(rows, "clean"), "hard, all": _of(rows, "hard")}
+    groups = {"clean": of(rows, "clean"), "hard, all": of(rows, "hard")}
     for row in groups["hard, all"]:
         groups.setdefault(row["case"]["condition"], []).append(row)
 
@@ -92,33 +87,33 @@ def _alarms(rows: Sequence[Row]) -> str:
         bound = f"{100 * upper(len(alarms), len(group)):.1f} %" if group else "-"
         return f"| {name} | {len(group)} | {len(alarms)} | {named} | {bound} |"
 
-    return "## False alarms\n\n" + _table(
+    return "## False alarms\n\n" + table(
         "| nothing is missing | campaigns | alarms | with a name | upper bound |",
         [line(name, group) for name, group in groups.items()],
     )
 
 
 def _power(rows: Sequence[Row]) -> str:
-    singles = _of(rows, "single")
+    singles = of(rows, "single")
     lines = []
     for strength in STRENGTHS:
         group = [row for row in singles if row["case"]["strength"] == strength]
-        found = _share(group, lambda row: row["answer"]["verdict"] != "nothing-missing")
-        named = _share(group, lambda row: statement(row["answer"]) in true_names(row))
+        found = share(group, lambda row: row["answer"]["verdict"] != "nothing-missing")
+        named = share(group, lambda row: statement(row["answer"]) in true_names(row))
         lines.append(f"| {strength:g} | {found} | {named} |")
     head = "| strength | found | | bounds | right name first | | bounds |"
-    return "## Power\n\nSingle effects of the catalogue.\n\n" + _table(head, lines)
+    return "## Power\n\nSingle effects of the catalogue.\n\n" + table(head, lines)
 
 
 def _places(rows: Sequence[Row]) -> str:
-    strong = [row for row in _of(rows, "single") if row["case"]["strength"] >= 5.0]
-    windows = [share for row in strong if (share := overlap(row)) is not None]
+    strong = [row for row in of(rows, "single") if row["case"]["strength"] >= 5.0]
+    windows = [part for row in strong if (part := overlap(row)) is not None]
     lines = [
-        f"| equation | {_share(strong, lambda row: placed(row)[0])} |",
-        f"| record | {_share(strong, lambda row: placed(row)[1])} |",
-        f"| both | {_share(strong, lambda row: all(placed(row)))} |",
+        f"| equation | {share(strong, lambda row: placed(row)[0])} |",
+        f"| record | {share(strong, lambda row: placed(row)[1])} |",
+        f"| both | {share(strong, lambda row: all(placed(row)))} |",
     ]
-    text = _table("| right at once | strength 5 and more | | bounds |", lines)
+    text = table("| right at once | strength 5 and more | | bounds |", lines)
     if windows:
         middle = np.median(windows)
         text += f"\nStretch of time of a valve event: median overlap {middle:.2f} of the union, "
@@ -126,88 +121,65 @@ def _places(rows: Sequence[Row]) -> str:
     return "## Where\n\n" + text
 
 
-def _among(row: Row, known: Known) -> list[str]:
-    """Names that the catalogue holds in a campaign."""
-    out = set(row["case"]["without"])
-    return [name for name in NAMES if name not in out and name in known.names]
-
-
-def _apart(row: Row, known: Known) -> bool:
-    case = row["case"]
-    return parted(known, case["hide"][0], case["strength"], _among(row, known))
-
-
-def _within(row: Row) -> bool:
-    """Whether the verdict is `indistinguishable` with the true effect among those it names."""
-    answer = row["answer"]
-    return answer["verdict"] == "indistinguishable" and bool(true_names(row) & set(stated(answer)))
-
-
 def _names(rows: Sequence[Row], known: Known) -> str:
-    strong = [row for row in _of(rows, "single") if row["case"]["strength"] >= 5.0]
-    apart = [row for row in strong if _apart(row, known)]
-    alike = [row for row in strong if not _apart(row, known)]
+    strong = [row for row in of(rows, "single") if row["case"]["strength"] >= 5.0]
+    told = [row for row in strong if apart(row, known, NAMES)]
+    alike = [row for row in strong if not apart(row, known, NAMES)]
     lines = [
         f"| can be told apart: right name first | "
-        f"{_share(apart, lambda row: statement(row['answer']) in true_names(row))} |",
-        f"| cannot: `indistinguishable`, the true one among them | {_share(alike, _within)} |",
-        f"| aliased records: the same | {_share(_of(rows, 'aliased'), _within)} |",
+        f"{share(told, lambda row: statement(row['answer']) in true_names(row))} |",
+        f"| cannot: `indistinguishable`, the true one among them | {share(alike, within)} |",
+        f"| aliased records: the same | {share(of(rows, 'aliased'), within)} |",
         f"| uneven records: right name first or the same | "
-        f"{_share(_of(rows, 'uneven'), _named_or_within)} |",
+        f"{share(of(rows, 'uneven'), _named_or_within)} |",
     ]
     return (
         "## Names\n\nTwo causes can be told apart where s sqrt((1 - c)/2) is 1.64 or more, c the "
         "cosine of their traces in whole campaigns (lookalikes.json). Strength 5 and more.\n\n"
-        + _table("| | campaigns | | bounds |", lines)
+        + table("| | campaigns | | bounds |", lines)
     )
 
 
 def _named_or_within(row: Row) -> bool:
-    return statement(row["answer"]) in true_names(row) or _within(row)
-
-
-def _misnamed(row: Row) -> bool:
-    """Whether a wrong name is given with confidence."""
-    said = statement(row["answer"])
-    wrong = said not in {NOTHING, UNNAMED} and said not in row["case"]["hide"]
-    return wrong and stated(row["answer"]).get(said, 1.0) >= CONFIDENT
+    return statement(row["answer"]) in true_names(row) or within(row)
 
 
 def _flagged(row: Row) -> bool:
     """Whether something is said to be missing, and no wrong name is given with confidence."""
-    return row["answer"]["verdict"] != "nothing-missing" and not _misnamed(row)
+    return row["answer"]["verdict"] != "nothing-missing" and not misnamed(row, CONFIDENT)
 
 
 def _open(rows: Sequence[Row], known: Known) -> str:
-    strong = [row for row in _of(rows, "taken out", "outside") if row["case"]["strength"] >= 5.0]
+    strong = [row for row in of(rows, "taken out", "outside") if row["case"]["strength"] >= 5.0]
     lines = []
     for title, group in (
-        ("no lookalike inside", [row for row in strong if _apart(row, known)]),
-        ("a lookalike inside", [row for row in strong if not _apart(row, known)]),
+        ("no lookalike inside", [row for row in strong if apart(row, known, NAMES)]),
+        ("a lookalike inside", [row for row in strong if not apart(row, known, NAMES)]),
     ):
         lines += [
-            f"| {title}: flagged | {_share(group, _flagged)} |",
+            f"| {title}: flagged | {share(group, _flagged)} |",
             f"| {title}: verdict `unnamed` | "
-            f"{_share(group, lambda row: statement(row['answer']) == UNNAMED)} |",
-            f"| {title}: a wrong name at p of 0.9 and more | {_share(group, _misnamed)} |",
+            f"{share(group, lambda row: statement(row['answer']) == UNNAMED)} |",
+            f"| {title}: a wrong name at p of 0.9 and more | "
+            f"{share(group, lambda row: misnamed(row, CONFIDENT))} |",
         ]
-    return "## Outside the catalogue\n\nStrength 5 and more.\n\n" + _table(
+    return "## Outside the catalogue\n\nStrength 5 and more.\n\n" + table(
         "| | campaigns | | bounds |", lines
     )
 
 
 def _pairs(rows: Sequence[Row]) -> str:
-    pairs = _of(rows, "pair")
+    pairs = of(rows, "pair")
 
     def said(row: Row) -> set[str]:
         return {step.get("effect") for step in row["answer"]["steps"]}
 
     lines = [
-        f"| at least one of the two | {_share(pairs, lambda r: bool(said(r) & true_names(r)))} |",
-        f"| both | {_share(pairs, lambda r: said(r) >= true_names(r))} |",
-        f"| both and nothing else | {_share(pairs, lambda r: said(r) == true_names(r))} |",
+        f"| at least one of the two | {share(pairs, lambda r: bool(said(r) & true_names(r)))} |",
+        f"| both | {share(pairs, lambda r: said(r) >= true_names(r))} |",
+        f"| both and nothing else | {share(pairs, lambda r: said(r) == true_names(r))} |",
     ]
-    return "## Pairs\n\n" + _table("| named | campaigns | | bounds |", lines)
+    return "## Pairs\n\n" + table("| named | campaigns | | bounds |", lines)
 
 
 def _confidence(rows: Sequence[Row]) -> str:
@@ -224,7 +196,7 @@ def _confidence(rows: Sequence[Row]) -> str:
     scores = log_scores(rows)
     return (
         "## Confidence\n\n"
-        + _table("| stated | verdicts | mean stated | share right |", lines)
+        + table("| stated | verdicts | mean stated | share right |", lines)
         + f"\nExpected calibration error {calibration_error(probability, right):.3f} on "
         f"{len(probability)} verdicts; a perfect forecaster stays below "
         f"{forecaster_band(probability):.3f} in 95 % of the cases. Log score {scores.mean():.3f} "
@@ -248,7 +220,7 @@ def _confusion(rows: Sequence[Row]) -> str:
         + " |"
         for truth, said in counts.items()
     ]
-    return "## What was said of what\n\n" + _table("| truth | campaigns | said first |", lines)
+    return "## What was said of what\n\n" + table("| truth | campaigns | said first |", lines)
 
 
 def _closure(rows: Sequence[Row]) -> str:
@@ -267,13 +239,14 @@ def _closure(rows: Sequence[Row]) -> str:
     return (
         "## Repair\n\nPart of the excess misfit to the noiseless signal that closes on left-out "
         "blocks, strength 8 and more; 1 is all of it.\n\n"
-        + _table("| added | campaigns | median | quartiles |", lines)
+        + table("| added | campaigns | median | quartiles |", lines)
     )
 
 
 def _cost(rows: Sequence[Row]) -> str:
     times = {
         "discovery": [row["discover_s"] for row in rows if "discover_s" in row],
+        "discovery, core-seconds": [row["core_s"] for row in rows if "core_s" in row],
         "making the campaign": [row["made_s"] for row in rows if "made_s" in row],
     }
     lines = [
@@ -284,7 +257,7 @@ def _cost(rows: Sequence[Row]) -> str:
     lost = Counter(row["answer"]["verdict"] for row in rows)
     return (
         "## Cost\n\n"
-        + _table("| wall time | campaigns | median, s | 90 % below, s |", lines)
+        + table("| time | campaigns | median, s | 90 % below, s |", lines)
         + "\nNot counted above: "
         + ", ".join(f"{lost[name]} {name}" for name in NO_ANSWER)
         + ".\n"

@@ -1,0 +1,215 @@
+"""Sections of the benchmark's page beside the answers: the bars, baselines, coverage, harm."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+import numpy as np
+from discovery_scores import (
+    NOTHING,
+    UNNAMED,
+    Known,
+    calibration_error,
+    forecaster_band,
+    forecasts,
+    lower,
+    parted,
+    placed,
+    stated,
+    statement,
+    true_names,
+    upper,
+)
+
+Row = Mapping
+STRONG = 5.0
+ALPHA = 0.01
+LEVELS = (0.05, 0.95)
+
+
+def of(rows: Iterable[Row], *populations: str) -> list[Row]:
+    """Campaigns of some populations."""
+    return [row for row in rows if row["case"]["population"] in populations]
+
+
+def share(rows: Sequence[Row], true: Callable[[Row], bool]) -> str:
+    """Count, share and both bounds of those rows for which something holds."""
+    count, total = sum(map(true, rows)), len(rows)
+    return _counted(count, total)
+
+
+def _counted(count: int, total: int) -> str:
+    if total == 0:
+        return "0 of 0 | - | -"
+    bounds = f"{100 * lower(count, total):.1f}-{100 * upper(count, total):.1f} %"
+    return f"{count} of {total} | {100 * count / total:.1f} % | {bounds}"
+
+
+def table(head: str, lines: Iterable[str]) -> str:
+    """A table of Markdown."""
+    columns = head.count("|") - 1
+    return "\n".join([head, "|" + "---|" * columns, *lines]) + "\n"
+
+
+def alarm(row: Row) -> bool:
+    """Whether something is said to be missing."""
+    return row["answer"]["verdict"] != "nothing-missing"
+
+
+def apart(row: Row, known: Known, names: Sequence[str]) -> bool:
+    """Whether an oracle could part the hidden effect from all that the catalogue holds."""
+    case = row["case"]
+    among = [n for n in names if n not in case["without"] and n in known.names]
+    return parted(known, case["hide"][0], case["strength"], among)
+
+
+def within(row: Row) -> bool:
+    """Whether the verdict is `indistinguishable` with the true effect among those it names."""
+    answer = row["answer"]
+    return answer["verdict"] == "indistinguishable" and bool(true_names(row) & set(stated(answer)))
+
+
+def misnamed(row: Row, confident: float) -> bool:
+    """Whether a wrong name is given with confidence."""
+    said = statement(row["answer"])
+    wrong = said not in {NOTHING, UNNAMED} and said not in row["case"]["hide"]
+    return wrong and stated(row["answer"]).get(said, 1.0) >= confident
+
+
+def bars(rows: Sequence[Row], known: Known, names: Sequence[str]) -> str:
+    """Every bar that was set before the run, with what was found."""
+    singles = [r for r in of(rows, "single") if r["case"]["strength"] >= STRONG]
+    told = [r for r in singles if apart(r, known, names)]
+    alike = [r for r in singles if not apart(r, known, names)]
+    out = [r for r in of(rows, "taken out", "outside") if r["case"]["strength"] >= STRONG]
+    out = [r for r in out if apart(r, known, names)]
+    probability, right = forecasts(rows)
+    error = "-"
+    if len(probability):
+        error = (
+            f"{calibration_error(probability, right):.3f} on {len(probability)} verdicts | "
+            f"band {forecaster_band(probability):.3f}"
+        )
+    lines = [
+        f"| false alarms, clean nulls | upper bound 5 % | {share(of(rows, 'clean'), alarm)} |",
+        f"| false alarms, hard nulls | upper bound 5 % | {share(of(rows, 'hard'), alarm)} |",
+        f"| right record and equation, strength 5 and more | 95 % | "
+        f"{share(singles, lambda r: all(placed(r)))} |",
+        f"| right name first where it can be told apart | 90 % | "
+        f"{share(told, lambda r: statement(r['answer']) in true_names(r))} |",
+        "| `indistinguishable` with the true one where it cannot | 90 % | "
+        f"{share(alike, within)} |",
+        f"| outside the catalogue, no lookalike: flagged | 80 % | {share(out, alarm)} |",
+        f"| outside, no lookalike: confidently misnamed | at most 5 % | "
+        f"{share(out, lambda r: misnamed(r, 0.9))} |",
+        f"| expected calibration error | 0.05, or in the band, on 500 | {error} | |",
+        _coverage_bar(rows),
+    ]
+    head = "| measure | bar | found | | bounds |"
+    return "## The bars\n\n" + table(head, [*lines, *_closure_bars(rows), *_cost_bar(rows)])
+
+
+def _closure_bars(rows: Sequence[Row]) -> list[str]:
+    out = []
+    for key, title, bar in (
+        ("named", "excess misfit closed on left-out blocks, strength 8 and more, median", "90 %"),
+        ("placebo", "the same by a placebo", "at most 10 %"),
+    ):
+        values = [r["closure"][key] for r in rows if r.get("closure")]
+        values = [v for v in values if v is not None]
+        text = f"{len(values)} campaigns | {100 * np.median(values):.0f} %" if values else "0 | -"
+        out.append(f"| {title} | {bar} | {text} | |")
+    return out
+
+
+def _cost_bar(rows: Sequence[Row]) -> list[str]:
+    cost = [r["core_s"] for r in rows if "core_s" in r]
+    if not cost:
+        return ["| core-seconds a campaign | 60 | 0 | - | |"]
+    return [
+        f"| core-seconds a campaign, median | 60 | {len(cost)} campaigns | {np.median(cost):.0f} s "
+        f"| 90 % below {np.quantile(cost, 0.9):.0f} s |"
+    ]
+
+
+def _ranks(rows: Sequence[Row], when: str) -> dict[str, list[float]]:
+    found: dict[str, list[float]] = {}
+    for row in rows:
+        for label, rank in row.get("beside", {}).get(when, {}).items():
+            found.setdefault(label.split("[")[0], []).append(rank)
+    return found
+
+
+def _inside(ranks: Sequence[float]) -> int:
+    return sum(LEVELS[0] <= rank <= LEVELS[1] for rank in ranks)
+
+
+def _coverage_bar(rows: Sequence[Row]) -> str:
+    ranks = [rank for found in _ranks(rows, "rank_after").values() for rank in found]
+    held = _counted(_inside(ranks), len(ranks))
+    return f"| 90 % intervals at the end, all numbers | 86-94 %, on 400 campaigns | {held} |"
+
+
+def coverage(rows: Sequence[Row]) -> str:
+    """How often 90 % intervals hold the truth, without and with what was added."""
+    good = [r for r in rows if "beside" in r]
+    lines = []
+    before, after = _ranks(good, "rank_before"), _ranks(good, "rank_after")
+    for label in after:
+        mine, base = after[label], before.get(label, [])
+        lines.append(
+            f"| {label} | {_counted(_inside(mine), len(mine))} | "
+            f"{f'{100 * _inside(base) / len(base):.1f} %' if base else '-'} |"
+        )
+    return (
+        "## Coverage\n\nHow often the 90 % interval of the Gaussian law around the last fit holds "
+        "the truth, all campaigns with an answer, those in which something stays hidden included; "
+        "beside it that of the model as specified. What was added counts where the generator has "
+        "the same number. Intervals of several records of one campaign are not independent, so "
+        "that the bounds are too narrow.\n\n"
+        + table("| number | at the end | | bounds | as specified |", lines)
+    )
+
+
+def baselines(rows: Sequence[Row]) -> str:
+    """What two usual ways would have said of the same fits."""
+    good = [r for r in rows if "beside" in r]
+    nulls, hidden = of(good, "clean", "hard"), [r for r in of(good, "single")]
+    strong = [r for r in hidden if r["case"]["strength"] >= STRONG]
+
+    def line(name: str, alarmed: Callable[[Row], bool], named: Callable[[Row], bool] | None) -> str:
+        right = share(strong, named) if named else "no names | - | -"
+        return f"| {name} | {share(nulls, alarmed)} | {share(strong, alarmed)} | {right} |"
+
+    lines = [
+        line("discovery", alarm, lambda r: statement(r["answer"]) in true_names(r)),
+        line("whiteness and cross-correlation", lambda r: r["beside"]["whiteness"] < ALPHA, None),
+        line(
+            "BIC over the catalogue",
+            lambda r: r["beside"]["bic"] is not None,
+            lambda r: r["beside"]["bic"] in true_names(r),
+        ),
+    ]
+    head = (
+        "| | false alarms, clean and hard | | bounds | found, strength 5 and more | | bounds "
+        "| right name first | | bounds |"
+    )
+    return "## Baselines\n\nOn the same fits, no record left out.\n\n" + table(head, lines)
+
+
+def harm(rows: Sequence[Row]) -> str:
+    """What discovery moved where nothing was missing."""
+    nulls = [r for r in of(rows, "clean", "hard") if "beside" in r]
+    moved = [max(abs(v) for v in r["beside"]["moved"].values()) for r in nulls if _added(r)]
+    words = (
+        f"; where something was, the number that moved most moved by {np.median(moved):.1f} "
+        f"standard deviations at the median, {max(moved):.1f} at most"
+        if moved
+        else ""
+    )
+    return (
+        f"## Harm\n\nIn {len(nulls) - len(moved)} of {len(nulls)} campaigns in which nothing is "
+        f"missing nothing was added, so that every quoted number stayed what it was{words}.\n"
+    )
+
+
+def _added(row: Row) -> bool:
+    return any(step.get("effect") for step in row["answer"]["steps"])
