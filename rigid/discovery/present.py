@@ -11,7 +11,7 @@ from rigid.discovery.hidden import UNITS
 from rigid.discovery.judging import gap
 from rigid.discovery.output import interval, quoted
 from rigid.discovery.words import WORDS
-from rigid.discovery.workflow import Outcome, Step
+from rigid.discovery.workflow import Judged, Outcome, Step
 from rigid.plots.discovery import MOST_PANELS, HiddenShown, ResidualShown
 from rigid.report.discovery import DiscoveryContent, StepContent
 from rigid.spec import Spec
@@ -132,9 +132,8 @@ def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> St
         "nothing is missing; all that was tried is counted.",
     ]  # fmt: skip
     if step.judged is not None:
-        difference, error = step.judged.elpd
         sentences.append(
-            f"{_left_out(difference, error)} A placebo, an effect with another trace, explains "
+            f"{_left_out(step.judged)} A placebo, an effect with another trace, explains "
             f"{100 * step.placebo:.0f} % as much."
         )
     if step.next_record:
@@ -153,14 +152,15 @@ def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> St
     )
 
 
-def _left_out(difference: float, error: float) -> str:
-    """What records say of it that were left out of the fit and predicted."""
-    told = f"log predictive density {difference:+.1f}, standard error {error:.1f}"
-    if difference > 2.0 * error:
-        return f"Each record left out of the fit in turn is predicted better with it ({told})."
-    if difference < -2.0 * error:
-        return f"Left out of the fit in turn, the records are predicted worse with it ({told})."
-    return f"Left out of the fit in turn, the records do not decide for or against it ({told})."
+def _left_out(judged: Judged) -> str:
+    """What parts of the records say of it that were left out of the fit and predicted."""
+    gains = judged.left[1].density - judged.left[0].density
+    difference, error = judged.elpd
+    return (
+        f"Left out of the fit in turn, {int(np.sum(gains > 0.0))} of {len(gains)} parts of the "
+        f"records are predicted better with it (log predictive density {difference:+.1f} in all, "
+        f"standard error {error:.1f})."
+    )
 
 
 def _share(p_value: float) -> str:

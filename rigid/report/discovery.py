@@ -94,7 +94,9 @@ def section(content: DiscoveryContent) -> Section:
         svg(matrix_figure(content.names, content.cosines, content.simulated), key),
         "What these records can tell apart, before any of them is looked at: the cosine of the "
         "traces that two effects leave once everything uncertain has absorbed what its prior lets "
-        "it. Near 1 or -1, one can pass for the other, unless physics forbids the sign.",
+        "it. Near 1 or -1, one can pass for the other, unless physics forbids the sign. The "
+        "strength of an effect is how many standard deviations of the noise it shows by, in all "
+        "records together.",
         "Matrix of cosines between the traces of all effects",
     )
     figures = [
