@@ -1,0 +1,232 @@
+"""Does the comparison of friction laws find the law that made the records, and know when it cannot?
+
+    python tests/studies/laws.py --size small --out docs/studies/laws
+
+Simulates campaigns of a rig with a constant viscous coefficient and one law of friction hidden
+beside it at a stated strength (from FIRST_SEED on; all development used lower seeds), compares the
+laws on each as the command does, and writes a line a campaign to OUT/laws-SIZE.K.jsonl and the page
+to OUT.md. Each campaign is judged twice: with all of its free runs, at three settings of the valve,
+and with those of the middle one alone. Resumable: a campaign that has its line is not run again.
+`--page` writes the page alone. `--lookalikes` computes anew which laws leave the same trace
+(OUT/lookalikes.json), from seeds of development.
+
+The comparison sees the spec and the records. Truth goes from the generator to the line of the
+campaign and nowhere else.
+"""
+
+import argparse
+import dataclasses
+import json
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from laws_page import page
+
+from rigid.choosing.laws import BRISTLES, COULOMB, MEMORY, SEAL, STRIBECK, VISCOUS
+from rigid.generator import Conditions, campaign
+from rigid.generator.campaign import drawn
+from rigid.generator.conditions import secret
+from rigid.generator.draw import Truth, stream
+from rigid.generator.hidden import Hidden, hide
+from rigid.generator.strength import at_strength, ground
+
+FIRST_SEED = 950_000
+CLOCK = 1
+LAWS = (COULOMB, MEMORY, VISCOUS, SEAL, STRIBECK, BRISTLES)
+STRENGTHS = (8.0, 5.0)
+SEEDS = {"small": 2, "issue": 20}
+"""Campaigns of each law at each strength; constant friction, which has none, as many."""
+ONE_SETTING = ("free-run-2",)
+LOOKALIKE_SEEDS = (890_011, 890_012)
+
+
+class Case(NamedTuple):
+    """One campaign: the law that makes it, its strength (0: constant friction), its seed."""
+
+    number: int
+    law: str
+    strength: float
+
+    @property
+    def seed(self) -> int:
+        """One seed a campaign."""
+        return FIRST_SEED + self.number
+
+
+def cases(size: str) -> list[Case]:
+    """List the campaigns of a size; laws and strengths take turns, so that any part is balanced."""
+    turns = [(law, s) for _ in range(SEEDS[size]) for s in STRENGTHS for law in LAWS]
+    return [
+        Case(number, law, 0.0 if law == VISCOUS else strength)
+        for number, (law, strength) in enumerate(turns)
+    ]
+
+
+class Made(NamedTuple):
+    """A campaign in files: its spec, and what is hidden, with the strength each setting shows."""
+
+    spec: Path
+    hidden: Hidden | None
+    strengths: dict[str, float]
+
+
+def make(case: Case, folder: Path) -> Made:
+    """Write a campaign of constant friction and the case's law; raises ValueError where the
+    strength cannot be reached.
+    """
+    conditions = Conditions(clock=CLOCK, memory=False)
+    hidden, secrets, strengths = None, None, {}
+    if case.law != VISCOUS:
+        truth = drawn(case.seed, conditions, field=False)
+        on = ground(truth)
+        cause = hide(case.law, stream(case.seed, "hidden", case.law), truth.runs)
+        hidden, reached = at_strength(on, cause, case.strength)
+        few = ground(one_setting(truth))
+        strengths = {"three": reached, "one": few.strength(few.trace(hidden))}
+        secrets = (secret(truth, hidden, reached),)
+        conditions = dataclasses.replace(conditions, hidden=(hidden,))
+    campaign(case.seed, folder, field=False, conditions=conditions, secrets=secrets)
+    path = folder / "calibration.toml"
+    text = path.read_text("ascii").replace(f'    "{MEMORY}",\n', "")
+    path.write_text(text, "ascii")
+    return Made(path, hidden, strengths)
+
+
+def one_setting(truth: Truth) -> Truth:
+    """Give the truth with the free runs of one setting of the valve."""
+    runs = tuple(r for r in truth.runs if r.kind != "free-run" or r.name in ONE_SETTING)
+    return dataclasses.replace(truth, runs=runs)
+
+
+def compared(spec_path: Path, seed: int, settings: str) -> dict:
+    """Compare the laws as the command does; `settings`: "three", or "one" of the valve.
+
+    The free runs of the other settings are masked, not taken out, so that programs are shared: a
+    record of which nothing is read says nothing, and its flow keeps its prior.
+    """
+    from rigid.assemble import assemble, given_laws
+    from rigid.choosing.comparing import compare
+    from rigid.choosing.fitting import fit_laws
+    from rigid.choosing.further import next_record
+    from rigid.choosing.laws import laws, without_friction
+    from rigid.choosing.output import as_dict
+    from rigid.records.read import read_records
+    from rigid.spec import load_spec
+
+    spec = load_spec(spec_path)
+    problem = assemble(without_friction(spec), read_records(spec))
+    if settings == "one":
+        weights = {}
+        for piece in problem.pieces:
+            tracks = [problem.groups[piece.group].tracks[t] for t in piece.tracks]
+            kept = np.array([t.kind != "free-run" or t.name in ONE_SETTING for t in tracks])
+            weights[piece.group, piece.quantity] = np.asarray(piece.weight) * kept
+        problem = problem.with_weights(weights)
+    began = time.monotonic()
+    fitted = fit_laws(problem, laws(spec, problem), given_laws(spec), seed, lambda _: None)
+    found = compare(fitted, seed)
+    made = as_dict(spec, found, next_record(found), seed)
+    return made | {"seconds": round(time.monotonic() - began, 1)}
+
+
+def one_campaign(case: Case) -> dict:
+    """Make a campaign, compare the laws on it, and put truth and answers into one row."""
+    from rigid.errors import RigidError
+
+    row: dict = {"case": case._asdict(), "seed": case.seed, "answers": {}}
+    with tempfile.TemporaryDirectory() as name:
+        began = time.monotonic()
+        try:
+            made = make(case, Path(name))
+        except ValueError as error:
+            return row | {"says": str(error)}
+        row["made_s"] = round(time.monotonic() - began, 1)
+        row["strengths"] = made.strengths
+        row["truth"] = json.loads((Path(name) / "truth.json").read_text("utf-8"))["hidden"]
+        for settings in ("three", "one"):
+            try:
+                row["answers"][settings] = compared(made.spec, case.seed, settings)
+            except RigidError as error:
+                row["says"] = str(error)
+    return row
+
+
+def lookalikes(path: Path) -> None:
+    """Write the cosines between the traces of all laws beside constant friction, and the mean."""
+    found = []
+    names = [law for law in LAWS if law != VISCOUS]
+    for seed in LOOKALIKE_SEEDS:
+        truth = drawn(seed, Conditions(clock=CLOCK, memory=False), field=False)
+        on = ground(truth)
+        causes = [hide(name, stream(seed, "hidden", name), truth.runs) for name in names]
+        found.append(on.cosines([on.trace(cause) for cause in causes]))
+        sys.stderr.write(f"cosines of seed {seed}\n")
+    stored = {"seeds": LOOKALIKE_SEEDS, "names": names}
+    path.parent.mkdir(parents=True, exist_ok=True)
+    cosines = np.mean(found, axis=0).round(3).tolist()
+    path.write_text(json.dumps(stored | {"cosines": cosines}) + "\n", encoding="utf-8")
+
+
+def commit() -> str:
+    """Name of the code that ran."""
+    told = subprocess.run(
+        ["git", "describe", "--always", "--dirty"], capture_output=True, text=True, check=False
+    )
+    return told.stdout.strip()
+
+
+def lines_of(paths: Sequence[Path]) -> list[dict]:
+    """Rows of the files that are there."""
+    rows = []
+    for path in paths:
+        if path.exists():
+            rows += [json.loads(line) for line in path.read_text("utf-8").splitlines()]
+    return rows
+
+
+def options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--size", choices=tuple(SEEDS), default="small")
+    parser.add_argument("--part", default="0/1", help="K/N: every N-th campaign from the K-th on")
+    parser.add_argument("--out", type=Path, default=Path("docs/studies/laws"))
+    parser.add_argument("--page", action="store_true", help="write the page from what there is")
+    parser.add_argument("--lookalikes", action="store_true")
+    return parser.parse_args()
+
+
+def main() -> int:
+    args = options()
+    if args.lookalikes:
+        lookalikes(args.out / "lookalikes.json")
+        return 0
+    part, parts = (int(x) for x in args.part.split("/"))
+    listed = cases(args.size)
+    if not args.page:
+        from rigid.runtime import prepare
+
+        prepare()
+        args.out.mkdir(parents=True, exist_ok=True)
+        path = args.out / f"laws-{args.size}.{part}.jsonl"
+        done = {row["case"]["number"] for row in lines_of([path])}
+        for case in listed[part::parts]:
+            if case.number in done:
+                continue
+            row = one_campaign(case) | {"commit": commit()}
+            with path.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(row) + "\n")
+            says = {k: (v["verdict"], v["first"], v["tied"]) for k, v in row["answers"].items()}
+            sys.stderr.write(f"campaign {case.number} of {len(listed)}, {case[1:]}: {says}\n")
+    rows = lines_of(sorted(args.out.glob(f"laws-{args.size}.*.jsonl")))
+    known = json.loads((args.out / "lookalikes.json").read_text("utf-8"))
+    args.out.with_suffix(".md").write_text(page(rows, known, len(listed), args.size), "utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
