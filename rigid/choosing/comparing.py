@@ -18,7 +18,7 @@ from rigid.discovery.samples import Layout
 from rigid.priors import AbstractLaw
 
 MOST_APART = 4.0
-"""Nats of log predictive density from which on two laws are no longer tied."""
+"""Nats of log predictive density by which a law that is tied with the first is worse at most."""
 DECIDED = float(np.log(20.0))
 """Log odds that decide between a law and a larger one that contains it."""
 LAW, TIED, CANNOT_TELL = "law", "tied", "cannot-tell"
@@ -124,7 +124,7 @@ def _standing(
         error=error,
         odds_error=max(float(d.std()) for d in logs),
         expected=float(density[0].sum(axis=1).mean()),
-        tied=law.name != first and abs(float(difference.sum())) < min(error, MOST_APART),
+        tied=law.name != first and float(difference.sum()) > -min(error, MOST_APART),
     )
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rigid.choosing.laws import BRISTLES, DRY, MEMORY, STRIBECK, VISCOUS, Law
+from rigid.choosing.laws import BRISTLES, DRY, MEMORY, VISCOUS, Law
 from rigid.choosing.starts import constant_starts, dry_starts, prior_starts
 from rigid.choosing.together import Place, descended, led, simulated
 from rigid.discovery.families import Family, families
@@ -22,10 +22,13 @@ STARTS = 4
 """Starts of the model with memory: the centre of its priors, and draws from them."""
 FIRST_TURNS = 10
 """Turns of the program after which only the best start goes on."""
-BEGINNINGS = {STRIBECK: 2, BRISTLES: 2}
+BEGINNINGS = {BRISTLES: 2}
 """Starts of a law of dry friction; one of the others."""
-WIDTH = 16
-"""Simulations side by side in the program of dry friction: a turn serves a step of all laws."""
+FIRST_DRY_TURNS = 3
+"""Turns after which only the best start of each law of dry friction goes on."""
+WIDTH = 5
+"""Simulations side by side in the program of dry friction: the numbers of bristles, or those of all
+other laws. Their time goes with their number, so that spare ones are dear."""
 FAR = 0.3
 """Prior sds by which a law may move the rest of the model before all slopes are made anew."""
 
@@ -115,12 +118,13 @@ def _best(family: Family, places: Sequence[Place]) -> Local:
 
 def _dry(family: Family, begun: Sequence[tuple[str, Place]]) -> dict[str, Local]:
     """The best end of each law."""
-    ends = led(family, simulated(family, [place for _, place in begun]), True)
+    here = simulated(family, [place for _, place in begun])
+    ends = descended(family, here, True, FIRST_DRY_TURNS)
     found: dict[str, Local] = {}
     for (name, _), end in zip(begun, ends, strict=True):
         if name not in found or end.value > found[name].value:
             found[name] = end
-    return found
+    return dict(zip(found, led(family, list(found.values()), True), strict=True))
 
 
 def _renewed(family: Family, fits: dict[str, Local], base: Local) -> dict[str, Local]:

@@ -87,7 +87,7 @@ def notes(made: dict[str, Any]) -> tuple[str, ...]:
         "priors; every law counts as much before the records. The predictive density is that of "
         "each record by a fit to all others, its own flow or preload integrated over.",
         f"Errors are what a difference scatters by in {CAMPAIGNS} simulated campaigns of either "
-        f"law. Tied: a difference of predictive density below its error and below {MOST_APART:g}. "
+        f"law. Tied: predictive density not below the first's by its error nor by {MOST_APART:g}. "
         "A larger law that is tied is not needed where the odds against it are above "
         f"{np.exp(DECIDED):.0f} whatever is done to the priors of its amplitudes.",
     ]
