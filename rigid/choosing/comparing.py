@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import logsumexp
@@ -21,6 +22,8 @@ MOST_APART = 4.0
 """Nats of log predictive density by which a law that is tied with the first is worse at most."""
 DECIDED = float(np.log(20.0))
 """Log odds that decide between a law and a larger one that contains it."""
+HOPELESS = 15.0
+"""Nats of evidence below the first law from which on no fit is made again for a law."""
 LAW, TIED, CANNOT_TELL = "law", "tied", "cannot-tell"
 """Verdicts: one law; one law, and larger ones that the records do not need; several laws."""
 
@@ -89,8 +92,11 @@ def compare(fitted: Fitted, seed: int) -> Comparison:
     variants = next(iter(logs.values()))
     chance = {v: probabilities({n: one[v] for n, one in logs.items()}) for v in variants}
     ranked = sorted(fitted.laws, key=lambda law: -chance[AS_STATED][law.name])
-    left = {law.name: left_out(fitted.programs.of(law), *judged[law.name], parts) for law in ranked}
-    first = ranked[0].name
+    first, left = ranked[0].name, {}
+    for law in ranked:
+        near = logs[law.name][AS_STATED] > logs[first][AS_STATED] - HOPELESS
+        family = fitted.programs.of(law) if near else None
+        left[law.name] = left_out(family, *judged[law.name], parts)
     of_first = scattered(fitted.fits[first], judged, parts, seed)
     standings = []
     for number, law in enumerate(ranked):
@@ -100,7 +106,8 @@ def compare(fitted: Fitted, seed: int) -> Comparison:
         told = {v: p[law.name] for v, p in chance.items()}
         standings.append(dataclasses.replace(standing, evidence=logs[law.name], probability=told))
     names = tuple(_named(layout, rows) for rows in parts)
-    return Comparison(tuple(standings), verdict_of(standings), names, fitted)
+    verdict = verdict_of([Odds(one.law, one.evidence, one.tied) for one in standings])
+    return Comparison(tuple(standings), verdict, names, fitted)
 
 
 def _standing(
@@ -128,7 +135,15 @@ def _standing(
     )
 
 
-def verdict_of(standings: Sequence[Standing]) -> str:
+class Odds(NamedTuple):
+    """What a verdict goes by: a law, its log evidence by variant, and if it is tied."""
+
+    law: Law
+    evidence: Mapping[str, float]
+    tied: bool
+
+
+def verdict_of(standings: Sequence[Odds]) -> str:
     """Say what standings amount to, the first law's before the others'.
 
     Laws that contain the first and are tied with it are not needed where the odds say so whatever

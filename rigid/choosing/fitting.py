@@ -24,11 +24,11 @@ FIRST_TURNS = 10
 """Turns of the program after which only the best start goes on."""
 BEGINNINGS = {BRISTLES: 2}
 """Starts of a law of dry friction; one of the others."""
-FIRST_DRY_TURNS = 3
-"""Turns after which only the best start of each law of dry friction goes on."""
-WIDTH = 5
-"""Simulations side by side in the program of dry friction: the numbers of bristles, or those of all
-other laws. Their time goes with their number, so that spare ones are dear."""
+FIRST_DRY_TURNS, MOST_DRY_TURNS = 2, 6
+"""Turns after which only the best start of each law of dry friction goes on, and how many more."""
+WIDTH = 16
+"""Simulations side by side in the program of dry friction: one turn serves a step of all its laws;
+three turns of 5 take twice as long."""
 FAR = 0.3
 """Prior sds by which a law may move the rest of the model before all slopes are made anew."""
 
@@ -91,7 +91,7 @@ def fit_laws(
     again = led(viscous, [with_weights(fits[n], weight) for n in (VISCOUS, MEMORY)], False)
     out = dict(zip((VISCOUS, MEMORY), again, strict=True))
     names = [law.name for law in listed]
-    last = led(dry, [with_weights(fits[name], weight) for name in names], True)
+    last = led(dry, [with_weights(fits[name], weight) for name in names], True, MOST_DRY_TURNS)
     out |= _renewed(dry, dict(zip(names, last, strict=True)), base)
     return Fitted(programs, laws, out)
 
@@ -124,7 +124,7 @@ def _dry(family: Family, begun: Sequence[tuple[str, Place]]) -> dict[str, Local]
     for (name, _), end in zip(begun, ends, strict=True):
         if name not in found or end.value > found[name].value:
             found[name] = end
-    return dict(zip(found, led(family, list(found.values()), True), strict=True))
+    return dict(zip(found, led(family, list(found.values()), True, MOST_DRY_TURNS), strict=True))
 
 
 def _renewed(family: Family, fits: dict[str, Local], base: Local) -> dict[str, Local]:
@@ -134,5 +134,5 @@ def _renewed(family: Family, fits: dict[str, Local], base: Local) -> dict[str, L
     for name in far:
         one = fits[name]
         place = expand(one.hypothesis, (family, one.layout), one.w, one.z_noise)
-        fits[name] = led(family, [place], True)[0]
+        fits[name] = led(family, [place], True, MOST_DRY_TURNS)[0]
     return fits

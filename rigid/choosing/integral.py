@@ -2,13 +2,14 @@
 
 Laplace's method takes the log-likelihood for a parabola in the numbers' standard scale. Where the
 records say no more of an amplitude than that it is small, the likelihood is a parabola in the
-amplitude but no such thing in its logarithm; Laplace's integral is then off by up to a nat. So
+amplitude but no such thing in its logarithm; Laplace's integral is then off by up to half a nat. So
 amplitudes that the records leave wide are integrated over on a grid of their prior, all other
 numbers by the parabola: exact where records change in proportion to an amplitude.
 """
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -71,6 +72,19 @@ class Shape:
         return dataclasses.replace(self, information=self.information - information)
 
 
+class Amplitude(NamedTuple):
+    """An amplitude where a law was fitted.
+
+    - `place`: its entry of w. - `value`: there; `rise`: its slope by w. - `law`: its prior, which
+      need not be the one that w was made with.
+    """
+
+    place: int
+    value: float
+    rise: float
+    law: AbstractLaw
+
+
 def shape_of(
     local: Local, amplitudes: Mapping[str, AbstractLaw], bend: np.ndarray | None = None
 ) -> Shape:
@@ -80,27 +94,31 @@ def shape_of(
     - `bend` (n,): minus the curvature of each sample, in place of the fit's.
     """
     weight = local.terms.bend if bend is None else bend
-    information = local.design.T @ (local.design * weight[:, None])
-    sd = np.sqrt(np.diag(np.linalg.inv(information + np.eye(len(local.w)))))
-    labels = local.hypothesis.labels
-    at = {label: labels.index(label) for label in amplitudes}
-    ranked = sorted((k for k in at if sd[at[k]] > WIDE), key=lambda k: -sd[at[k]])[:MOST_WIDE]
-    centre, slope = local.w.copy(), np.ones(len(local.w))
-    values = local.hypothesis.values(local.w)
-    steps = []
-    for label, law in amplitudes.items():
-        i, (value, rise) = at[label], values[label]
-        if label in ranked:
-            steps.append((i, (np.asarray(law.from_standard(GRID)) - value) / rise))
-        elif law is not local.hypothesis.parameters[i].law:
-            centre[i] = standard_of(law, value)
-            _, other = jax.jvp(law.from_standard, (jnp.asarray(centre[i]),), (jnp.ones(()),))
-            slope[i] = rise / float(other)
+    values, labels = local.hypothesis.values(local.w), local.hypothesis.labels
+    listed = [
+        Amplitude(labels.index(label), *values[label], law) for label, law in amplitudes.items()
+    ]
+    return shape(local.design.T @ (local.design * weight[:, None]), local.w, listed)
+
+
+def shape(information: np.ndarray, w: np.ndarray, amplitudes: Sequence[Amplitude]) -> Shape:
+    """The shape where a log-likelihood has `information` (d, d) around w (d,)."""
+    sd = np.sqrt(np.diag(np.linalg.inv(information + np.eye(len(w)))))
+    open_ = sorted((a for a in amplitudes if sd[a.place] > WIDE), key=lambda a: -sd[a.place])
+    centre, slope, steps = w.copy(), np.ones(len(w)), []
+    for one in amplitudes:
+        if one in open_[:MOST_WIDE]:
+            grid = np.asarray(one.law.from_standard(GRID))
+            steps.append((one.place, (grid - one.value) / one.rise))
+            continue
+        z = standard_of(one.law, one.value)
+        _, rise = jax.jvp(one.law.from_standard, (jnp.asarray(z),), (jnp.ones(()),))
+        centre[one.place], slope[one.place] = z, one.rise / float(rise)
     wide = np.array([i for i, _ in steps], dtype=int)
     grids = np.meshgrid(*[s for _, s in steps], indexing="ij")
     masses = np.meshgrid(*[LOG_MASS] * len(steps), indexing="ij")
-    flat = np.array([g.ravel() for g in grids]).reshape(len(steps), -1)
-    mass = np.array([m.ravel() for m in masses]).sum(axis=0) if len(steps) else np.zeros(1)
+    mass = sum((m.ravel() for m in masses), start=np.zeros(GRID.size ** len(steps)))
+    flat = np.array([g.ravel() for g in grids]).reshape(len(steps), mass.size)
     return Shape(information, centre, slope, wide, flat, mass)
 
 

@@ -10,13 +10,15 @@ from typing import NamedTuple
 import numpy as np
 
 from rigid.choosing.integral import evidence, shape_of
-from rigid.choosing.together import Place, led, simulated
+from rigid.choosing.together import Place, descended, simulated
 from rigid.discovery.families import Family
 from rigid.discovery.local import Local, with_weights
 from rigid.priors import AbstractLaw
 
 FAR = 0.5
 """Prior sds that a number all records share may move before a fit is made again."""
+MOST_AGAIN = 6
+"""Turns of the program that such a fit gets, at most."""
 LEFT_ALONE = 1e-3
 """Share of the prior's information below which a number is not the records' to tell."""
 
@@ -31,10 +33,11 @@ class Left(NamedTuple):
 
 
 def left_out(
-    family: Family, local: Local, amplitudes: Amplitudes, parts: Sequence[np.ndarray]
+    family: Family | None, local: Local, amplitudes: Amplitudes, parts: Sequence[np.ndarray]
 ) -> Left:
     """Judge each part by all the others.
 
+    - `family`: the program that holds the law; without one nothing is fitted again.
     - `amplitudes`: as in `shape_of`. - `parts`: rows of each part.
     """
     shape = shape_of(local, amplitudes)
@@ -52,7 +55,8 @@ def left_out(
         shared = _shared(local, rows) & (np.diag(known) > 1.0 + LEFT_ALONE)
         if np.abs(shift[shared]).max(initial=0.0) > FAR:
             moved[number] = shift
-    exact = _again(family, local, {n: (parts[n], shift) for n, shift in moved.items()})
+    jobs = {n: (parts[n], shift) for n, shift in moved.items()}
+    exact = {} if family is None else _again(family, local, jobs)
     for number, rest in exact.items():
         prior = (
             0.5 * local.z_noise @ local.z_noise
@@ -82,5 +86,5 @@ def _again(
         longest = max(float(np.abs(shift).max()), 1.0)
         places.append(Place(less, local.w + shift / longest, known))
     begun = simulated(family, places)
-    ends = led(family, begun, known, noise=False)
+    ends = descended(family, begun, known, MOST_AGAIN)
     return dict(zip(jobs, ends, strict=True))

@@ -7,9 +7,7 @@ import numpy as np
 
 from rigid.discovery.families import Family, sweep
 from rigid.discovery.local import (
-    CLOSE,
     LONGEST,
-    NOISE_ROUNDS,
     Local,
     added_size,
     fitted_noise,
@@ -19,6 +17,9 @@ from rigid.discovery.local import (
 from rigid.discovery.samples import split_swept
 
 MOST_TURNS = 25
+CLOSE = 0.2
+"""Done when a step promises less than this in log-posterior: the integral goes on from there to the
+top of the parabola."""
 SHORTER = 0.3
 """A step that makes it worse is tried again within this share of its length."""
 SHORTEST = 0.003
@@ -78,17 +79,16 @@ def simulated(family: Family, places: Sequence[Place]) -> list[Local]:
     return out
 
 
-def led(family: Family, found: Sequence[Local], known: bool, noise: bool = True) -> list[Local]:
+def led(
+    family: Family, found: Sequence[Local], known: bool, turns: int = MOST_TURNS
+) -> list[Local]:
     """Lead laws to their optima and their noise levels to theirs.
 
-    - `known`: keep the slopes by all but the added effects' numbers. - `noise`: False holds the
-      noise levels.
+    - `known`: keep the slopes by all but the added effects' numbers. - `turns`: of the program, at
+      most, before and after the noise levels move.
     """
-    out = list(found)
-    for _ in range(NOISE_ROUNDS if noise else 0):
-        out = descended(family, out, known)
-        out = [with_noise(one, fitted_noise(one)) for one in out]
-    return descended(family, out, known)
+    out = descended(family, found, known, turns)
+    return descended(family, [with_noise(one, fitted_noise(one)) for one in out], known, turns)
 
 
 def step_within(local: Local, radius: float) -> np.ndarray:

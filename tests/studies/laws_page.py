@@ -19,9 +19,9 @@ Does the comparison of friction laws ([laws.md](../laws.md)) find the law that m
 know when it cannot? Campaigns are simulated by code that shares nothing with the model: a rig with
 a constant viscous coefficient, and beside it one law, in another form than the catalogue's
 ([hidden-causes.md](../hidden-causes.md)), with seeds that no development used. Strength is what is
-left of a law once all constants are refitted. Every campaign has three frame tests, two releases
-and free runs of both cylinders; it is judged with three settings of their valve, and those of some
-laws with one as well.
+left of a law once all constants are refitted, their part taken as linear. Every campaign has three
+frame tests, two releases and free runs of both cylinders; it is judged with three settings of their
+valve, and those of some laws with one as well.
 Bounds are one-sided, 95 %, after Clopper and Pearson. All of it is simulated.
 
 `python tests/studies/laws.py --size {size}`, code of {commits}, 2026-11-21: {done} of {planned}
