@@ -34,6 +34,8 @@ from rigid.choosing.laws import (
 )
 from rigid.choosing.laws import MEMORY as WITH_MEMORY
 from rigid.choosing.leaving import left_out
+from rigid.choosing.output import as_csv
+from rigid.choosing.present import content, table
 from rigid.choosing.scatter import CAMPAIGNS, scattered
 from rigid.choosing.starts import prior_starts
 from rigid.choosing.together import descended, led, simulated
@@ -50,6 +52,7 @@ from rigid.groups import SlowGroup
 from rigid.likelihood import make_pieces
 from rigid.priors import Lognormal, Normal, Uniform
 from rigid.problem import Problem
+from rigid.report.laws import section
 from rigid.spec import load_spec
 from rigid.tracks import Series
 
@@ -377,3 +380,59 @@ def test_the_laws_of_a_spec(tmp_path: Path):
     beside = laws(load_spec(folder / "calibration.toml"), made)
     assert beside[2].effects == (VISCOUS, WITH_MEMORY, COULOMB)
     assert "mu_branch[1]" not in beside[2].held
+
+
+def told(verdict: str, tied: tuple[str, ...] = (), usable: bool = True) -> dict:
+    """What goes to laws.json, of a comparison that never was."""
+    names = {name: -10.0 * i for i, name in enumerate((COULOMB, VISCOUS, STRIBECK))}
+    one = {
+        name: {
+            "law": name,
+            "words": name.split("-")[0],
+            "log_evidence": gap,
+            "log_evidence_error": 2.0,
+            "probability": 1.0 if gap == 0.0 else 0.0,
+            "priors": {v: {"log_evidence": gap - 1.0, "probability": 0.5} for v in VARIANTS},
+            "elpd_difference": gap,
+            "elpd_error": 3.0,
+            "tied": name in tied,
+            "records": [
+                {"record": r, "elpd_difference": gap / 2, "elpd_error": 1.0, "refitted": False}
+                for r in ("frame-1,A", "free-run-1,A")
+            ],
+            "parameters": {"mu": {"unit": "N s/m", "q05": 1e5, "median": 2e5, "q95": 3e5}},
+        }
+        for name, gap in names.items()
+    }
+    record = {"record": "a free run like free-run-1 (cylinder A) at 3 times", "apart": 2.0}
+    return {
+        "verdict": verdict, "usable": usable, "gap": 1.7, "seed": 1, "laws": list(one.values()),
+        "first": COULOMB, "tied": list(tied), "next_record": record if tied else None,
+    }  # fmt: skip
+
+
+def test_the_section_says_what_the_comparison_says():
+    spec = load_spec(Path(__file__).parents[1] / "fits" / "calibration.toml")
+    cases = {
+        "no other law is tied": told(LAW),
+        "do not need the larger stribeck": told(TIED, (STRIBECK,)),
+        "These records cannot tell: coulomb, or viscous": told(CANNOT_TELL, (VISCOUS,)),
+        "No law explains the records": told(LAW, usable=False),
+    }
+    for says, made in cases.items():
+        html = section(content(spec, made)).html
+        assert says in html
+        assert says in table(made)
+        assert ('class="verdict good"' in html) == (
+            made["verdict"] != CANNOT_TELL and made["usable"]
+        )
+        assert html == section(content(spec, made)).html
+    assert "would part" in section(content(spec, told(CANNOT_TELL, (VISCOUS,)))).html
+
+
+def test_the_table_has_a_row_a_law():
+    rows = as_csv(told(TIED, (STRIBECK,))).splitlines()
+    assert rows[0].startswith("law,log_evidence,")
+    assert rows[0].endswith('"frame-1,A","free-run-1,A"')
+    assert [row.split(",")[0] for row in rows[1:]] == [COULOMB, VISCOUS, STRIBECK]
+    assert rows[3].split(",")[6] == "True"

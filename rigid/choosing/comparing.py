@@ -85,7 +85,7 @@ def compare(fitted: Fitted, seed: int) -> Comparison:
     layout = next(iter(fitted.fits.values())).layout
     parts = units(next(iter(fitted.fits.values())), None)
     judged = {
-        law.name: (fitted.fits[law.name], _amplitudes(fitted.fits[law.name], law))
+        law.name: (fitted.fits[law.name], amplitudes_of(fitted.fits[law.name], law))
         for law in fitted.laws
     }
     logs = {name: _variants(*one) for name, one in judged.items()}
@@ -167,7 +167,7 @@ def probabilities(logs: Mapping[str, float]) -> dict[str, float]:
     return {name: float(np.exp(log - total)) for name, log in logs.items()}
 
 
-def _amplitudes(local: Local, law: Law) -> dict[str, AbstractLaw]:
+def amplitudes_of(local: Local, law: Law) -> dict[str, AbstractLaw]:
     """Prior laws of a law's amplitudes, by label, where they are uncertain."""
     known = {p.label: p.law for p in local.hypothesis.parameters}
     labels = amplitude_labels(law, local.hypothesis.given)

@@ -24,8 +24,9 @@ FIRST_TURNS = 10
 """Turns of the program after which only the best start goes on."""
 BEGINNINGS = {BRISTLES: 2}
 """Starts of a law of dry friction; one of the others."""
-FIRST_DRY_TURNS, MOST_DRY_TURNS = 2, 6
-"""Turns after which only the best start of each law of dry friction goes on, and how many more."""
+FIRST_DRY_TURNS, MOST_DRY_TURNS, LAST_DRY_TURNS = 2, 4, 2
+"""Turns after which only the best start of each law of dry friction goes on, how many more at most,
+and how many once all samples have their weights."""
 WIDTH = 16
 """Simulations side by side in the program of dry friction: one turn serves a step of all its laws;
 three turns of 5 take twice as long."""
@@ -91,7 +92,7 @@ def fit_laws(
     again = led(viscous, [with_weights(fits[n], weight) for n in (VISCOUS, MEMORY)], False)
     out = dict(zip((VISCOUS, MEMORY), again, strict=True))
     names = [law.name for law in listed]
-    last = led(dry, [with_weights(fits[name], weight) for name in names], True, MOST_DRY_TURNS)
+    last = led(dry, [with_weights(fits[name], weight) for name in names], True, LAST_DRY_TURNS)
     out |= _renewed(dry, dict(zip(names, last, strict=True)), base)
     return Fitted(programs, laws, out)
 

@@ -85,10 +85,10 @@ def led(
     """Lead laws to their optima and their noise levels to theirs.
 
     - `known`: keep the slopes by all but the added effects' numbers. - `turns`: of the program, at
-      most, before and after the noise levels move.
+      most, before the noise levels move; half as many after.
     """
-    out = descended(family, found, known, turns)
-    return descended(family, [with_noise(one, fitted_noise(one)) for one in out], known, turns)
+    out = [with_noise(one, fitted_noise(one)) for one in descended(family, found, known, turns)]
+    return descended(family, out, known, turns // 2)
 
 
 def step_within(local: Local, radius: float) -> np.ndarray:

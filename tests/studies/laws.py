@@ -24,10 +24,11 @@ import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from laws_page import page
+from discovery_scores import FLOOR
+from laws_page import FLAT, LEAST, page
 
 from rigid.choosing.laws import BRISTLES, COULOMB, MEMORY, SEAL, STRIBECK, VISCOUS
 from rigid.generator import Conditions, campaign
@@ -36,6 +37,9 @@ from rigid.generator.conditions import secret
 from rigid.generator.draw import stream
 from rigid.generator.hidden import Hidden, hide
 from rigid.generator.strength import TOLERANCE, Ground, ground
+
+if TYPE_CHECKING:
+    from rigid.choosing.fitting import Fitted
 
 FIRST_SEED = 950_000
 CLOCK = 1
@@ -128,8 +132,10 @@ def left_of_it(on: Ground, cause: Hidden) -> float:
     return float(np.sqrt(max(trace @ trace - absorbed @ absorbed, 0.0)))
 
 
-def compared(spec_path: Path, seed: int, settings: str) -> dict:
+def compared(spec_path: Path, law: str, seed: int, settings: str) -> dict:
     """Compare the laws as the command does; `settings`: "three", or "one" of the valve.
+
+    `law`, the true one, is for `replicates` alone, once the comparison is done.
 
     The free runs of the other settings are masked, not taken out, so that programs are shared: a
     record of which nothing is read says nothing, and its flow keeps its prior.
@@ -155,7 +161,45 @@ def compared(spec_path: Path, seed: int, settings: str) -> dict:
     fitted = fit_laws(problem, laws(spec, problem), given_laws(spec), seed, lambda _: None)
     found = compare(fitted, seed)
     made = as_dict(spec, found, None, seed)
-    return made | {"seconds": round(time.monotonic() - began, 1)}
+    again = replicates(fitted, law, seed) if settings == "three" else None
+    return made | {"seconds": round(time.monotonic() - began, 1), "replicates": again}
+
+
+def replicates(fitted: "Fitted", law: str, seed: int) -> dict[str, float]:
+    """Answers in campaigns that the true law's fit would make, by the parabola around each fit.
+
+    Shares of them in which the law is first, first or tied, strictly first, and below 5 % in
+    probability; mean -ln p of it as stated and flattened.
+    """
+    from rigid.choosing.comparing import MOST_APART, amplitudes_of
+    from rigid.choosing.scatter import scattered
+    from rigid.discovery.judging import units
+
+    judged = {x.name: (fitted.fits[x.name], amplitudes_of(fitted.fits[x.name], x))
+              for x in fitted.laws}  # fmt: skip
+    parts = units(fitted.fits[law], None)
+    drawn = scattered(fitted.fits[law], judged, parts, seed + 77)
+    names = list(drawn)
+    logs = np.stack([drawn[n].evidence for n in names], axis=1)
+    elpd = np.stack([drawn[n].density.sum(axis=1) for n in names], axis=1)
+    chance = np.exp(logs - np.logaddexp.reduce(logs, axis=1)[:, None])
+    first = chance.argmax(axis=1)
+    errors = np.array([[np.std(elpd[:, i] - elpd[:, j]) for j in range(len(names))]
+                       for i in range(len(names))])  # fmt: skip
+    worse = elpd[np.arange(len(first)), first][:, None] - elpd
+    tied = worse < np.minimum(errors[first], MOST_APART)
+    tied[np.arange(len(first)), first] = False
+    true = names.index(law)
+    p = np.maximum(chance[:, true], FLOOR)
+    return {
+        "campaigns": len(first),
+        "first": float(np.mean(first == true)),
+        "first_or_tied": float(np.mean((first == true) | tied[:, true])),
+        "strictly": float(np.mean((first == true) & ~tied.any(axis=1))),
+        "below": float(np.mean(chance[:, true] < LEAST)),
+        "score": float(np.mean(-np.log(p))),
+        "flat": float(np.mean(-np.log(FLAT * p + (1.0 - FLAT) / len(names)))),
+    }
 
 
 def one_campaign(case: Case) -> dict:
@@ -174,7 +218,7 @@ def one_campaign(case: Case) -> dict:
         row["truth"] = json.loads((Path(name) / "truth.json").read_text("utf-8"))["hidden"]
         for settings in ("three", "one") if case.law in JUDGED_TWICE else ("three",):
             try:
-                row["answers"][settings] = compared(made.spec, case.seed, settings)
+                row["answers"][settings] = compared(made.spec, case.law, case.seed, settings)
             except RigidError as error:
                 row["says"] = str(error)
     return row
