@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 FIRST_SEED = 950_000
 CLOCK = 1
-LAWS = (COULOMB, MEMORY, VISCOUS, SEAL, STRIBECK, BRISTLES)
+LAWS = (COULOMB, SEAL, VISCOUS, MEMORY, STRIBECK, BRISTLES)
 STRENGTHS = (8.0, 5.0)
 SEEDS = {"small": 2, "issue": 20}
 """Campaigns of each law at each strength; constant friction, which has none, as many."""

@@ -166,9 +166,9 @@ def _replicated(rows: Sequence[Row]) -> str:
     lines = [
         "## Many campaigns by the parabola",
         "",
-        "From the fit of the true law in each campaign above 200 more are drawn and judged as those "
-        "that errors are calibrated by ([laws.md](../laws.md), step 5): no simulation of the rig, "
-        "and the model's own form of the law. It says what noise alone does to the answer.",
+        "From the fit of the true law in each campaign above 200 more are drawn and judged as "
+        "those that errors are calibrated by ([laws.md](../laws.md), step 5): no simulation of the "
+        "rig, and the model's own form of the law. It says what noise alone does to the answer.",
         "",
         "| law | strength | drawn | first | first or tied | strictly | p < 5 % | log score | "
         "flattened |",
