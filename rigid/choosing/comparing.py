@@ -163,7 +163,7 @@ def verdict_of(standings: Sequence[Odds]) -> str:
 
 def probabilities(logs: Mapping[str, float]) -> dict[str, float]:
     """Probabilities of laws that are all as probable before any record."""
-    total = logsumexp(list(logs.values()))
+    total = float(np.asarray(logsumexp(list(logs.values()))))
     return {name: float(np.exp(log - total)) for name, log in logs.items()}
 
 

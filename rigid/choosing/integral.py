@@ -26,7 +26,7 @@ WIDE = 0.25
 MOST_WIDE = 2
 """Amplitudes that share a grid, at most; the widest."""
 GRID = np.linspace(-7.0, 7.0, 121)
-LOG_MASS = -0.5 * GRID**2 - logsumexp(-0.5 * GRID**2)
+LOG_MASS = -0.5 * GRID**2 - np.asarray(logsumexp(-0.5 * GRID**2))
 
 
 @dataclasses.dataclass(frozen=True)

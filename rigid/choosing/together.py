@@ -16,7 +16,7 @@ from rigid.discovery.local import (
 )
 from rigid.discovery.samples import split_swept
 
-MOST_TURNS = 12
+MOST_TURNS = 25
 CLOSE = 0.2
 """Done when a step promises less than this in log-posterior: the integral goes on from there to the
 top of the parabola."""

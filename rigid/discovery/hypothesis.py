@@ -82,7 +82,7 @@ class Hypothesis:
         """SI values of what is known or held, and of noise levels' places."""
         known = {p.label: float(p.law.from_standard(0.0)) for p in self.problem.parameters.known}
         noise = {p.label: 0.0 for p in self.problem.parameters.sampled if p.base == "noise"}
-        return known | noise | self.held
+        return known | noise | dict(self.held)
 
     def sensors(self, w: np.ndarray) -> np.ndarray:
         """Gains and zeros on their standard scale (sensors, 2)."""
