@@ -250,7 +250,7 @@ def test_without_the_occam_factor_the_larger_law_wins_where_it_is_not_needed():
 def test_the_fit_with_memory_and_the_one_without_agree_where_there_is_none(plain):
     _, found = plain
     constant, memory = found[VISCOUS], found[WITH_MEMORY]
-    # Both top the same likelihood, but for what the branch's prior asks of it: no more than it costs
+    # Both top the same likelihood, but for what the prior of the branch asks: at most what it costs
     # to go without, 3.5 sds down from 5e5 to 2e3 N s/m, a hundredth of a noise sd in the pressure.
     assert memory.value > constant.value - 0.5 * 3.5**2
     logs = {name: evidence(one, amplitude(one)) for name, one in found.items()}

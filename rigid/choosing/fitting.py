@@ -33,6 +33,9 @@ three turns of 5 take twice as long."""
 FAR = 0.3
 """Prior sds by which a law may move the rest of the model before all slopes are made anew."""
 
+OUT_OF_QUESTION = 40.0
+"""Nats below the best law at which no more work goes into one."""
+
 Report = Callable[[str], None]
 
 
@@ -129,11 +132,18 @@ def _dry(family: Family, begun: Sequence[tuple[str, Place]]) -> dict[str, Local]
 
 
 def _renewed(family: Family, fits: dict[str, Local], base: Local) -> dict[str, Local]:
-    """Slopes made anew, and the fits led on, where dry friction moved the rest of the model."""
+    """Slopes made anew, and the fits led on, where dry friction moved the rest of the model.
+
+    Laws that are out of the question stay as they are.
+    """
     count = len(base.hypothesis.parameters)
-    far = [n for n, one in fits.items() if np.abs(one.w[:count] - base.w[:count]).max() > FAR]
-    for name in far:
-        one = fits[name]
-        place = expand(one.hypothesis, (family, one.layout), one.w, one.z_noise)
-        fits[name] = led(family, [place], True, MOST_DRY_TURNS)[0]
-    return fits
+    best = max(base.value, *(one.value for one in fits.values()))
+    far = [
+        name
+        for name, one in fits.items()
+        if np.abs(one.w[:count] - base.w[:count]).max() > FAR and one.value > best - OUT_OF_QUESTION
+    ]
+    if not far:
+        return fits
+    anew = simulated(family, [Place(fits[name], fits[name].w, False) for name in far])
+    return fits | dict(zip(far, led(family, anew, True, MOST_DRY_TURNS), strict=True))

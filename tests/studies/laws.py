@@ -290,7 +290,8 @@ def main() -> int:
             says = {k: (v["verdict"], v["first"], v["tied"]) for k, v in row["answers"].items()}
             sys.stderr.write(f"campaign {case.number} of {len(listed)}, {case[1:]}: {says}\n")
     rows = lines_of(sorted(args.out.glob(f"laws-{args.size}.*.jsonl")))
-    known = json.loads((args.out / "lookalikes.json").read_text("utf-8"))
+    stored = args.out / "lookalikes.json"
+    known = json.loads(stored.read_text("utf-8")) if stored.exists() else {"names": []}
     args.out.with_suffix(".md").write_text(page(rows, known, len(listed), args.size), "utf-8")
     return 0
 

@@ -82,7 +82,7 @@ def told_apart(row: Row, lookalikes: Mapping) -> bool:
     half of that is the argument. Constant friction is in every other law.
     """
     law, names = truth_of(row), lookalikes["names"]
-    if law == VISCOUS:
+    if law not in names:
         return False
     strength = row["strengths"]["three"]
     cosines = lookalikes["cosines"][names.index(law)]
@@ -128,6 +128,8 @@ def _bars(rows: Sequence[Row], known: Mapping) -> str:
             f"Mean log score {stated:.3f} nats, that of the flattened answer (0.7 p + 0.3/"
             f"{len(NAMES)}) {flat:.3f}; 0 is best.",
         ]
+    if not known["names"]:
+        lines += ["", "Which laws leave the same trace has not been computed (`--lookalikes`)."]
     lines += [
         "",
         "A law can be told apart where half its distance to every other law, in noise, is above "
