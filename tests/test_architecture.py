@@ -46,8 +46,7 @@ LAYERS = (
     ("figures",),
     ("present",),
     ("discovery", "smoothing", "stories"),
-    ("choosing",),
-    ("bands", "discover", "fit", "laws"),
+    ("bands", "discover", "fit"),
 )
 LAYER = {room: number for number, rooms in enumerate(LAYERS) for room in rooms}
 
