@@ -1,0 +1,84 @@
+"""Weighted draws of a posterior, from a law that is fitted to the first of them."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rigid.problem import Problem, log_density
+from rigid.proposal import MixtureProposal, Mode, pareto_shape
+
+ESS = 1000.0
+BATCH, MOST_DRAWS = 2048, 16_384
+FIRST_DOF, DOF = 8.0, 32.0
+"""Of the law around the modes, whose width is not known well, and of the fitted one."""
+ENOUGH = 4
+"""Effective draws for each dimension from which a law is fitted."""
+
+
+class Drawn(NamedTuple):
+    """Draws of the posterior (n, size), their weights (n,), and whether they can be trusted."""
+
+    z: np.ndarray
+    weight: np.ndarray
+    good: bool
+
+
+def weighted(problem: Problem, modes: tuple[Mode, ...], rng: np.random.Generator) -> Drawn:
+    """Draw until the weights are worth ESS independent draws.
+
+    With one mode the law is fitted to a first batch: along k_frame the posterior can be twice as
+    wide as the law around the best fit, and its tails would hang on few draws.
+    """
+    law = MixtureProposal(modes, np.ones(len(modes)) / len(modes), FIRST_DOF)
+    if len(modes) == 1:
+        first = _drawn(problem, law, rng)
+        law = MixtureProposal((fitted(modes[0], first),), np.ones(1), DOF)
+    draws, logs = [], []
+    while True:
+        z, log_weight = _drawn(problem, law, rng)
+        draws.append(z)
+        logs.append(log_weight)
+        every = np.concatenate(logs)
+        weight = np.exp(every - every.max())
+        enough = kish(weight) >= ESS
+        if enough or len(weight) >= MOST_DRAWS:
+            return Drawn(np.concatenate(draws), weight, enough and pareto_shape(weight) < 0.7)
+
+
+def _drawn(
+    problem: Problem, law: MixtureProposal, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    z = law.sample(rng, BATCH)
+    return z, log_density(problem, z) - law.log_density(z)
+
+
+def kish(weight: np.ndarray) -> float:
+    """How many independent draws weights (n,) are worth."""
+    return float(weight.sum() ** 2 / (weight**2).sum())
+
+
+def fitted(mode: Mode, first: tuple[np.ndarray, np.ndarray]) -> Mode:
+    """Move and stretch a mode's law to what weighted draws say, along the axes they do say it of.
+
+    - `first`: draws (n, d) and the logs of their weights (n,).
+
+    In the mode's own units the draws have the identity as covariance where its law is right, and
+    eigenvalues between (1 - sqrt(d/n))^2 and (1 + sqrt(d/n))^2 from chance alone (Marchenko and
+    Pastur 1967), n effective draws: only axes beyond these are changed.
+    """
+    z, log_weight = first
+    weight = np.exp(log_weight - log_weight.max())
+    size, d = kish(weight), z.shape[1]
+    if size < ENOUGH * d:
+        return mode
+    weight = weight / weight.sum()
+    own = np.linalg.solve(mode.covariance_factor, (z - mode.mean).T).T
+    centre = weight @ own
+    covariance = (own * weight[:, None]).T @ own - np.outer(centre, centre)
+    width, axes = np.linalg.eigh(covariance)
+    by_chance = abs(np.sqrt(width) - 1.0) <= np.sqrt(d / size)
+    width = np.where(by_chance, 1.0, width)
+    factor = mode.covariance_factor @ (axes * np.sqrt(width))
+    mean = mode.mean + mode.covariance_factor @ centre
+    stretched = np.asarray(np.linalg.cholesky(factor @ factor.T), dtype=np.float64)
+    return Mode(mean, stretched, mode.log_posterior)
