@@ -11,8 +11,9 @@ ESS = 1000.0
 BATCH, MOST_DRAWS = 2048, 16_384
 FIRST_DOF, DOF = 8.0, 32.0
 """Of the law around the modes, whose width is not known well, and of the fitted one."""
-ENOUGH = 4
-"""Effective draws for each dimension from which a law is fitted."""
+ROUNDS = 2
+LEAST = 1e-3
+"""Weight of a mode, so that none is never drawn."""
 
 
 class Drawn(NamedTuple):
@@ -26,13 +27,12 @@ class Drawn(NamedTuple):
 def weighted(problem: Problem, modes: tuple[Mode, ...], rng: np.random.Generator) -> Drawn:
     """Draw until the weights are worth ESS independent draws.
 
-    With one mode the law is fitted to a first batch: along k_frame the posterior can be twice as
-    wide as the law around the best fit, and its tails would hang on few draws.
+    The law is fitted to ROUNDS batches before: along k_frame the posterior can be twice as wide as
+    the law around the best fit, and its tails would hang on few draws.
     """
     law = MixtureProposal(modes, np.ones(len(modes)) / len(modes), FIRST_DOF)
-    if len(modes) == 1:
-        first = _drawn(problem, law, rng)
-        law = MixtureProposal((fitted(modes[0], first),), np.ones(1), DOF)
+    for _ in range(ROUNDS):
+        law = fitted(law, *_drawn(problem, law, rng))
     draws, logs = [], []
     while True:
         z, log_weight = _drawn(problem, law, rng)
@@ -57,26 +57,33 @@ def kish(weight: np.ndarray) -> float:
     return float(weight.sum() ** 2 / (weight**2).sum())
 
 
-def fitted(mode: Mode, first: tuple[np.ndarray, np.ndarray]) -> Mode:
-    """Move and stretch a mode's law to what weighted draws say, along the axes they do say it of.
+def fitted(law: MixtureProposal, z: np.ndarray, log_weight: np.ndarray) -> MixtureProposal:
+    """Move and stretch a law to what weighted draws say, along the axes they do say it of.
 
-    - `first`: draws (n, d) and the logs of their weights (n,).
-
-    In the mode's own units the draws have the identity as covariance where its law is right, and
-    eigenvalues between (1 - sqrt(d/n))^2 and (1 + sqrt(d/n))^2 from chance alone (Marchenko and
-    Pastur 1967), n effective draws: only axes beyond these are changed.
+    - `z` (n, d): drawn from it. - `log_weight` (n,).
     """
-    z, log_weight = first
     weight = np.exp(log_weight - log_weight.max())
+    shares = law.responsibilities(z) * weight[:, None]
+    modes = tuple(_moved(m, z, s) for m, s in zip(law.modes, shares.T, strict=True))
+    return MixtureProposal(modes, np.maximum(shares.sum(axis=0) / weight.sum(), LEAST), DOF)
+
+
+def _moved(mode: Mode, z: np.ndarray, weight: np.ndarray) -> Mode:
+    """One mode's law made to fit.
+
+    In its own units the draws have the identity as covariance where it is right, and eigenvalues
+    between (1 - sqrt(d/n))^2 and (1 + sqrt(d/n))^2 from chance alone (Marchenko and Pastur 1967),
+    n effective draws: only axes beyond these are changed.
+    """
     size, d = kish(weight), z.shape[1]
-    if size < ENOUGH * d:
+    if size < d:
         return mode
     weight = weight / weight.sum()
     own = np.linalg.solve(mode.covariance_factor, (z - mode.mean).T).T
     centre = weight @ own
     covariance = (own * weight[:, None]).T @ own - np.outer(centre, centre)
     width, axes = np.linalg.eigh(covariance)
-    by_chance = abs(np.sqrt(width) - 1.0) <= np.sqrt(d / size)
+    by_chance = abs(np.sqrt(np.maximum(width, 0.0)) - 1.0) <= np.sqrt(d / size)
     width = np.where(by_chance, 1.0, width)
     factor = mode.covariance_factor @ (axes * np.sqrt(width))
     mean = mode.mean + mode.covariance_factor @ centre
