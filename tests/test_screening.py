@@ -9,7 +9,7 @@ from rigs import BASE, NOMINAL, SHEETS, converted, drive, effects, parameters, t
 
 from rigid.discovery import explain
 from rigid.discovery.candidates import candidates
-from rigid.discovery.evidence import Bundle, amplitudes, log_bayes, probabilities
+from rigid.discovery.evidence import Bundle, amplitudes, log_bayes
 from rigid.discovery.families import families, quiet_values, sweep
 from rigid.discovery.formula import simplest
 from rigid.discovery.hidden import HiddenDrag
@@ -270,11 +270,6 @@ def test_curves_of_many_candidates_are_interpolated_between_few():
         exact = log_bayes(explain.Z_GRID * size, np.full(len(curve), size**2), departures)
         near = np.abs(explain.Z_GRID) < 6.0
         np.testing.assert_allclose(curve[near], exact[near], atol=0.05)
-
-
-def test_probabilities_of_equal_explanations_are_their_priors():
-    found = probabilities({"a": 1000.0, "b": 1000.0}, {"a": 0.3, "b": 0.1})
-    assert found == pytest.approx({"a": 0.75, "b": 0.25})
 
 
 @pytest.mark.parametrize(
