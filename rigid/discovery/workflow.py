@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from rigid.discovery.candidates import EVENT, Candidate, candidates, events
-from rigid.discovery.explain import NOTHING, UNNAMED, Explained, explain
+from rigid.discovery.explain import Explained, explain
 from rigid.discovery.families import Effects, Family, families
 from rigid.discovery.further import next_record
 from rigid.discovery.hypothesis import Hypothesis, start
@@ -18,6 +18,7 @@ from rigid.discovery.refit import Refit, refit, worth_refitting
 from rigid.discovery.samples import lay_out
 from rigid.discovery.screening import Around, Screening, screen
 from rigid.discovery.traces import Bumps, bumps, traces
+from rigid.discovery.verdict import verdict_of
 from rigid.discovery.weights import facts
 from rigid.newton import is_noise
 from rigid.priors import AbstractLaw
@@ -29,12 +30,6 @@ SURE_MISSING = 0.05
 """Something is missing where the probability of nothing is below this, and ..."""
 SIGNIFICANT = 0.01
 """... where as much is found in fewer than this share of campaigns in which nothing is."""
-SURE_NAME = 0.8
-"""A name is given where it has this probability among all that could be missing, and ..."""
-CLOSE = 4.0
-"""... no other explanation whose log Bayes factor is within this of it ..."""
-PARTED = 1.64
-"""... leaves a trace so alike that even who knew both could not part them in 19 of 20."""
 LIKELY = 0.02
 """Least probability of an effect that is told as an alternative."""
 ALIKE = 0.98
@@ -192,7 +187,7 @@ def _fitted_in_full(
             refits[name] = refit(local, bench.programs, found, name, report)
     said = odds(found, _changes(found, refits), both)
     first = max(said.evidence, key=lambda name: said.evidence[name], default="")
-    if _twins(found, refits, first) and first not in refits:
+    if refits and first not in refits and _twins(found, refits, first):
         refits[first] = refit(local, bench.programs, found, first, report)
         said = odds(found, _changes(found, refits), both)
     return said, refits
@@ -213,34 +208,6 @@ def _twins(found: Explained, refits: dict[str, Refit], name: str) -> list[str]:
 
 def _missing(found: Explained, said: Odds) -> bool:
     return said.nothing < SURE_MISSING and found.p_value < SIGNIFICANT
-
-
-def lookalikes(found: Explained, said: Odds, name: str) -> list[str]:
-    """Effects that explain about as much as the effect `name` and leave too similar a trace.
-
-    At strength s an oracle parts two traces of cosine c with probability Phi(s sqrt((1 - c)/2)).
-    """
-    mine, strength = found.best_of(name), abs(found.screening.strength)
-    out = []
-    for other, log in said.evidence.items():
-        at = found.best_of(other)
-        cosine = min(abs(found.screening.cosines[mine, at]), 1.0)
-        apart = strength[mine] * np.sqrt(0.5 * (1.0 - cosine))
-        if other != name and log > said.evidence[name] - CLOSE and apart < PARTED:
-            out.append(other)
-    return out
-
-
-def verdict_of(found: Explained, said: Odds) -> str:
-    """Say what probabilities of the explanations amount to, something being missing."""
-    some = {k: v for k, v in said.probability.items() if k != NOTHING}
-    total = sum(some.values())
-    named = {k: v for k, v in some.items() if k != UNNAMED}
-    top = max(named, key=lambda k: named[k], default=UNNAMED)
-    if not named or some[UNNAMED] > sum(named.values()):
-        return "unnamed"
-    sure = named[top] > SURE_NAME * total and not lookalikes(found, said, top)
-    return "named" if sure else "indistinguishable"
 
 
 def _step(
