@@ -10,7 +10,7 @@ with half the noise in the likelihood, to show that the check can fail; `--noise
 colours the noise; `--wide-friction` draws the friction from the fit's own priors.
 
 The posterior is that of the command, from fewer starts; it is summed over weighted draws of the
-law around its modes (importance.py), until they are worth 1,000 independent ones. Where
+law around its modes (importance.py), until they are worth 500 independent ones. Where
 that law does not fit (Pareto shape above 0.7) or with `--chain`, the command's sampler draws.
 Beside it stands the rank in the Gaussian law around the best fit; `--gaussian` gives that alone.
 """

@@ -7,11 +7,12 @@ import numpy as np
 from rigid.problem import Problem, log_density
 from rigid.proposal import MixtureProposal, Mode, pareto_shape
 
-ESS = 1000.0
+ESS = 500.0
 BATCH, MOST_DRAWS = 2048, 16_384
-FIRST_DOF, DOF = 8.0, 32.0
+FIRST_DOF, DOF = 8.0, 12.0
 """Of the law around the modes, whose width is not known well, and of the fitted one."""
-ROUNDS = 2
+RELIABLE = 0.7
+"""Pareto shape of weights below which their sums are reliable: Vehtari et al. (2024), section 3."""
 LEAST = 1e-3
 """Weight of a mode, so that none is never drawn."""
 
@@ -27,12 +28,11 @@ class Drawn(NamedTuple):
 def weighted(problem: Problem, modes: tuple[Mode, ...], rng: np.random.Generator) -> Drawn:
     """Draw until the weights are worth ESS independent draws.
 
-    The law is fitted to ROUNDS batches before: along k_frame the posterior can be twice as wide as
-    the law around the best fit, and its tails would hang on few draws.
+    The law is fitted to a first batch, which does not count: along k_frame the posterior can be
+    twice as wide as the law around the best fit, and its tails would hang on few draws.
     """
     law = MixtureProposal(modes, np.ones(len(modes)) / len(modes), FIRST_DOF)
-    for _ in range(ROUNDS):
-        law = fitted(law, *_drawn(problem, law, rng))
+    law = fitted(law, *_drawn(problem, law, rng))
     draws, logs = [], []
     while True:
         z, log_weight = _drawn(problem, law, rng)
@@ -40,9 +40,9 @@ def weighted(problem: Problem, modes: tuple[Mode, ...], rng: np.random.Generator
         logs.append(log_weight)
         every = np.concatenate(logs)
         weight = np.exp(every - every.max())
-        enough = kish(weight) >= ESS
-        if enough or len(weight) >= MOST_DRAWS:
-            return Drawn(np.concatenate(draws), weight, enough and pareto_shape(weight) < 0.7)
+        good = kish(weight) >= ESS and pareto_shape(weight) < RELIABLE
+        if good or len(weight) >= MOST_DRAWS:
+            return Drawn(np.concatenate(draws), weight, good)
 
 
 def _drawn(
