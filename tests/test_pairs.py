@@ -12,6 +12,7 @@ from rigid.discovery.odds import odds
 from rigid.discovery.pairs import pairs
 from rigid.discovery.screening import Screening
 from rigid.discovery.traces import Target
+from rigid.discovery.workflow import changed
 from rigid.effects import CATALOGUE
 from rigid.priors import AbstractLaw, Lognormal, Normal
 
@@ -98,3 +99,18 @@ def test_odds_of_what_explains_alike_are_their_priors():
     assert odds(left).probability == pytest.approx(
         {NOTHING: 0.5, UNNAMED: 0.1} | {name: 0.4 / 3 for name, _ in LAWS}, rel=1e-6
     )
+
+
+def test_of_effects_with_one_trace_one_fit_stands_for_all():
+    known = information(0.99)
+    slope = known @ np.array([2.0, 0.0, 0.0])
+    left = explained(slope, known)
+    changes = changed(left, {LAWS[0][0]: left.effects[LAWS[0][0]] - 1.5})
+    assert changes == {LAWS[0][0]: pytest.approx(-1.5), LAWS[1][0]: pytest.approx(-1.5)}
+    before, after = odds(left), odds(left, changes)
+    shift = {name: after.evidence[name] - before.evidence[name] for name, _ in LAWS}
+    assert shift == {
+        LAWS[0][0]: pytest.approx(-1.5),
+        LAWS[1][0]: pytest.approx(-1.5),
+        LAWS[2][0]: 0,
+    }

@@ -1,7 +1,7 @@
 """Fit, find what is left over, name it, add it, and again until nothing is missing."""
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 
@@ -181,29 +181,36 @@ def _fitted_in_full(
 ) -> tuple[Odds, dict[str, Refit]]:
     """Fit the few best effects in full, and the one that is then the likeliest in any case."""
     both, refits = pairs(found), {}
-    said = odds(found, {}, both)
-    for name in worth_refitting(said.evidence):
+
+    def said() -> Odds:
+        fitted = {name: one.log_bayes for name, one in refits.items()}
+        return odds(found, changed(found, fitted), both)
+
+    for name in worth_refitting(said().evidence):
         if not _twins(found, refits, name):
             refits[name] = refit(local, bench.programs, found, name, report)
-    said = odds(found, _changes(found, refits), both)
-    first = max(said.evidence, key=lambda name: said.evidence[name], default="")
+    now = said()
+    first = max(now.evidence, key=lambda name: now.evidence[name], default="")
     if refits and first not in refits and _twins(found, refits, first):
         refits[first] = refit(local, bench.programs, found, first, report)
-        said = odds(found, _changes(found, refits), both)
-    return said, refits
+        now = said()
+    return now, refits
 
 
-def _changes(found: Explained, refits: dict[str, Refit]) -> dict[str, float]:
-    """What fitting in full changed in the log Bayes factor of each effect and of its twins."""
-    own = {name: one.log_bayes - found.effects[name] for name, one in refits.items()}
-    twins = {name: _twins(found, refits, name) for name in found.effects}
+def changed(found: Explained, fitted: Mapping[str, float]) -> dict[str, float]:
+    """What fitting in full changed in the log Bayes factor of each effect and of its twins.
+
+    - `fitted`: the log Bayes factors of those that were.
+    """
+    own = {name: log - found.effects[name] for name, log in fitted.items()}
+    twins = {name: _twins(found, fitted, name) for name in found.effects}
     return {name: own[like[0]] for name, like in twins.items() if like} | own
 
 
-def _twins(found: Explained, refits: dict[str, Refit], name: str) -> list[str]:
+def _twins(found: Explained, fitted: Iterable[str], name: str) -> list[str]:
     """Effects fitted in full whose trace is that of the effect `name`."""
     at, cosines = found.best_of(name), found.screening.cosines
-    return [n for n in refits if abs(cosines[at, found.best_of(n)]) > ALIKE]
+    return [n for n in fitted if abs(cosines[at, found.best_of(n)]) > ALIKE]
 
 
 def _missing(found: Explained, said: Odds) -> bool:
