@@ -84,10 +84,10 @@ def weighted_rank(values, weights, truth: float) -> float:
 
 def one_campaign(seed: int, args: argparse.Namespace) -> list[dict]:
     import numpy as np
-    from importance import BATCH, Drawn, weighted
+    from importance import BATCH, Drawn, laid_over, weighted
 
     from rigid.assemble import assemble
-    from rigid.calibrate import mode_of, propose
+    from rigid.calibrate import mode_of
     from rigid.errors import InputError
     from rigid.generator.campaign import Conditions, campaign
     from rigid.outcome import channels, overall_gap
@@ -114,9 +114,10 @@ def one_campaign(seed: int, args: argparse.Namespace) -> list[dict]:
     gauss = Drawn(gaussian(found.optima[0], rng, BATCH), np.ones(BATCH), True)
     drawn = gauss
     if not args.gaussian:
-        drawn = weighted(found.problem, tuple(mode_of(o) for o in found.optima), rng)
+        law = laid_over(found.problem, tuple(mode_of(o) for o in found.optima), rng)
+        drawn = weighted(found.problem, law, rng)
         if args.chain or not drawn.good:
-            drawn = by_chain(found.problem, propose(found, rng)[0], seed)
+            drawn = by_chain(found.problem, law, seed)
     ranks = ranks_of(found.problem, drawn, known)
     beside = ranks_of(found.problem, gauss, known)
     gap = overall_gap(channels(found, found.optima[0].z[None], seed))

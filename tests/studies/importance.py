@@ -8,7 +8,7 @@ from rigid.problem import Problem, log_density
 from rigid.proposal import MixtureProposal, Mode, pareto_shape
 
 ESS = 500.0
-BATCH, MOST_DRAWS = 2048, 16_384
+BATCH, MOST_DRAWS = 2048, 6_144
 FIRST_DOF, DOF = 8.0, 12.0
 """Of the law around the modes, whose width is not known well, and of the fitted one."""
 RELIABLE = 0.7
@@ -25,14 +25,20 @@ class Drawn(NamedTuple):
     good: bool
 
 
-def weighted(problem: Problem, modes: tuple[Mode, ...], rng: np.random.Generator) -> Drawn:
-    """Draw until the weights are worth ESS independent draws.
+def laid_over(
+    problem: Problem, modes: tuple[Mode, ...], rng: np.random.Generator
+) -> MixtureProposal:
+    """Fit a law to weighted draws of that around the modes, which do not count further.
 
-    The law is fitted to a first batch, which does not count: along k_frame the posterior can be
-    twice as wide as the law around the best fit, and its tails would hang on few draws.
+    Along k_frame the posterior can be twice as wide as the law around the best fit, and its tails
+    would hang on few draws.
     """
     law = MixtureProposal(modes, np.ones(len(modes)) / len(modes), FIRST_DOF)
-    law = fitted(law, *_drawn(problem, law, rng))
+    return fitted(law, *_drawn(problem, law, rng))
+
+
+def weighted(problem: Problem, law: MixtureProposal, rng: np.random.Generator) -> Drawn:
+    """Draw of a law until the weights are worth ESS independent draws, and reliable."""
     draws, logs = [], []
     while True:
         z, log_weight = _drawn(problem, law, rng)
