@@ -84,10 +84,10 @@ def weighted_rank(values, weights, truth: float) -> float:
 
 def one_campaign(seed: int, args: argparse.Namespace) -> list[dict]:
     import numpy as np
-    from importance import BATCH, Drawn, laid_over, weighted
+    from importance import BATCH, Drawn, weighted
 
     from rigid.assemble import assemble
-    from rigid.calibrate import mode_of
+    from rigid.calibrate import propose
     from rigid.errors import InputError
     from rigid.generator.campaign import Conditions, campaign
     from rigid.outcome import channels, overall_gap
@@ -114,7 +114,7 @@ def one_campaign(seed: int, args: argparse.Namespace) -> list[dict]:
     gauss = Drawn(gaussian(found.optima[0], rng, BATCH), np.ones(BATCH), True)
     drawn = gauss
     if not args.gaussian:
-        law = laid_over(found.problem, tuple(mode_of(o) for o in found.optima), rng)
+        law = propose(found, rng)[0]
         drawn = weighted(found.problem, law, rng)
         if args.chain or not drawn.good:
             drawn = by_chain(found.problem, law, seed)
