@@ -20,7 +20,7 @@ DRY = {
     "stribeck-friction": {"F_C": 800.0, "stribeck_excess": 0.5, "v_stribeck": 2e-3},
     "lugre-friction": {
         "F_C": 800.0, "stribeck_excess": 0.5, "v_stribeck": 2e-3,
-        "z_bristle": 1e-4, "sigma_bristle": 1e4,
+        "z_bristle": 1e-4, "bristle_time": 2e-3,
     },
     "pressure-dependent-friction": {"c_seal": 1e-4},
 }  # fmt: skip
