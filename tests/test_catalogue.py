@@ -104,7 +104,7 @@ SIGNATURES = {
     "direction-dependent-viscosity": ({"mu_back": 5e4}, "free-run", LAST, {"pressure": -1}),
 }  # fmt: skip
 IN_MOTION = {  # what moves otherwise, with whether the check against the reference is quick
-    "return-spring": True,
+    "return-spring": False,
     "effective-area": True,
     "entrained-air": False,
     "pump-stage-switch": False,

@@ -38,7 +38,7 @@ def begin(problem, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return joined(problem, z, sensors), np.zeros(int(is_noise(problem).sum()))
 
 
-@pytest.mark.parametrize("which", ["frame", "release"])
+@pytest.mark.parametrize("which", [pytest.param("frame", marks=pytest.mark.slow), "release"])
 def test_gradient_and_information_are_those_of_differences(which: str, release):
     problem = release if which == "release" else frame_problem()
     rng = np.random.default_rng(61)
