@@ -16,6 +16,7 @@ DOCUMENT = PACKAGE.parent / "docs" / "architecture.md"
 LAYERS = (
     ("errors",),
     ("cli", "files", "runtime", "published"),
+    ("shelf",),
     ("effects", "characteristic"),
     ("rig",),
     ("sensors",),

@@ -2,12 +2,13 @@
 
 import dataclasses
 from collections.abc import Callable, Iterable, Mapping
+from typing import NamedTuple
 
 import numpy as np
 
-from rigid.discovery.candidates import EVENT, Candidate, candidates, events
+from rigid.discovery.bench import Bench, laid_out
 from rigid.discovery.explain import Explained, explain
-from rigid.discovery.families import Effects, Family, families
+from rigid.discovery.families import Effects, families
 from rigid.discovery.further import next_record
 from rigid.discovery.hypothesis import Hypothesis, start
 from rigid.discovery.judging import Left, Place, gap, left_out, place, units
@@ -17,15 +18,13 @@ from rigid.discovery.pairs import pairs
 from rigid.discovery.refit import Refit, refit, worth_refitting
 from rigid.discovery.samples import lay_out
 from rigid.discovery.screening import Around, Screening, screen
-from rigid.discovery.traces import Bumps, bumps, traces
 from rigid.discovery.verdict import verdict_of
 from rigid.discovery.weights import facts
 from rigid.newton import is_noise
 from rigid.priors import AbstractLaw
 from rigid.problem import Problem
+from rigid.shelf import Shelf
 
-SHAPES = 4
-"""Settings of an effect's shape that are screened."""
 SURE_MISSING = 0.05
 """Something is missing where the probability of nothing is below this, and ..."""
 SIGNIFICANT = 0.01
@@ -40,14 +39,15 @@ MOST_STEPS = 3
 Report = Callable[[str], None]
 
 
-@dataclasses.dataclass(frozen=True)
-class Bench:
-    """What all steps share: programs, candidates, and what each would leave in the records."""
+class Running(NamedTuple):
+    """How a run goes.
 
-    programs: tuple[Family, ...]
-    listed: tuple[Candidate, ...]
-    bumps: Bumps
-    traces: np.ndarray
+    - `seed`. - `report`: is told each stage. - `shelf`: keeps what takes long.
+    """
+
+    seed: int
+    report: Report = lambda _: None
+    shelf: Shelf = Shelf()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -114,14 +114,14 @@ def discover(
     best: tuple[np.ndarray, np.ndarray],
     effects: Effects,
     given: Mapping[str, AbstractLaw],
-    seed: int,
-    report: Report,
+    running: Running,
 ) -> Outcome:
     """Run the workflow.
 
     - `best`: z and standard gains and zeros of a search's optimum. - `effects`: the candidates.
     - `given`: priors of their parameters, by label, that go before their own.
     """
+    seed, report, shelf = running
     programs = families(problem, effects)
     layout = lay_out(problem)
     layout = layout.weighed((layout.weight > 0.0).astype(float))
@@ -129,22 +129,11 @@ def discover(
     noise = best[0][is_noise(problem)]
     hypothesis = Hypothesis(problem, given=given)
     base = refined(expand(hypothesis, (programs[0], layout), start(problem, *best), noise))
-    bench = _bench(base, programs, effects, report)
+    report("traces of what could be missing")
+    bench = laid_out(base, programs, effects, shelf)
     everything = np.concatenate([bench.traces, bench.bumps.columns], axis=1)
     base = refined(with_weights(base, facts(base, everything)))
     return _steps(base, bench, seed, report)
-
-
-def _bench(base: Local, programs: tuple[Family, ...], effects: Effects, report: Report) -> Bench:
-    tracks = [t for group in base.layout.problem.groups for t in group.tracks]
-    valve = [e for e in effects if e.name == EVENT]
-    given = base.hypothesis.given
-    listed = candidates([e for e in effects if e not in valve], SHAPES, given)
-    listed += tuple(one for effect in valve for one in events(effect, tracks, given))
-    report(f"traces of {len({one.effect for one in listed})} effects")
-    found = traces(base, programs, listed)
-    report("traces of hidden forces")
-    return Bench(programs, listed, bumps(base, programs[0]), found)
 
 
 def weigh(local: Local, bench: Bench, seed: int) -> Explained:
