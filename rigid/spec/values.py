@@ -137,7 +137,7 @@ class SamplerSpec(Value):
     r_hat: Annotated[Real, Field(gt=1.0)] = 1.01
     ess: Annotated[Real, Field(gt=0.0)] = 1000.0
     max_steps: Annotated[Whole, Field(ge=100)] = 20000
-    block: Annotated[Whole, Field(ge=10)] = 100
+    block: Annotated[Whole, Field(ge=10)] = 50
 
     @model_validator(mode="after")
     def two_blocks(self) -> "SamplerSpec":
