@@ -89,6 +89,12 @@ def read_laws(spec: Spec, rng: np.random.Generator) -> tuple[Law, ...]:
     return tuple(laws)
 
 
+def some(law: Law, spec: Spec, rng: np.random.Generator) -> Law:
+    """Pick as many draws of a law as the spec asks for, or all there are."""
+    assert spec.bands is not None  # `read_laws` has refused that
+    return law.only(rng.choice(law.size, min(spec.bands.draws, law.size), replace=False))
+
+
 def read_law(spec: Spec, path: Path, rng: np.random.Generator) -> Law:
     """Read the law of a spec's rig from a posterior.
 
