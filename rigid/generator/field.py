@@ -23,6 +23,7 @@ LASTING = (1e-3, 0.15)  # s, of a drop
 CYCLE = 90.0  # s, from one press of a long record to the next
 BEFORE, PRESSING = 8.0, 20.0  # s of rest before a press, and of the press
 BACK, RETURNING = 35.0, 20.0  # s from a press's beginning until the way back, and that
+PEAKS = (30e3, 120e3)  # N, of the presses of a long record
 PUSHED_BACK = 18e3  # N on the plate on the way back: more than friction, so that no oil is sucked
 
 
@@ -90,10 +91,11 @@ def press_by_press(
     for number in range(presses):
         begin = CYCLE * number + BEFORE
         (knots, heights), fell = _load(rng, PRESSING)
+        factor = rng.uniform(*PEAKS) / max(heights)
         back = begin + BACK
         times += [begin + t for t in knots]
         times += [back - 2.0, back - 1.0, back + RETURNING + 1.0, back + RETURNING + 2.0]
-        loads += [*heights, 0.0, PUSHED_BACK, PUSHED_BACK, 0.0]
+        loads += [*(factor * h for h in heights), 0.0, PUSHED_BACK, PUSHED_BACK, 0.0]
         drops += [replace(d, begin=begin + d.begin, end=begin + d.end) for d in fell]
         valve += [Switch(begin, "shut"), Switch(begin + PRESSING, "open"), Switch(back, "shut")]
         valve += [Switch(back + RETURNING, "tank")]

@@ -83,7 +83,7 @@ class Tally:
             self._failure = np.maximum(self._failure, failure)
             between = 0.5 * (self._later[0] - time[-1]) * (load[:, -1] + self._later[1])
             self._impulse = self._impulse + area + between
-        self._later = float(time[0]), load[:, 0]
+        self._later = float(time[0]), load[:, 0].copy()  # a view would hold the whole stretch
         rise = _within(self._at.rise, first, len(time))
         x, f = (p[:, rise] - o for p, o in zip((displacement, load), self._about, strict=True))
         ones = np.ones_like(x)

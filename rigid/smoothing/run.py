@@ -111,6 +111,7 @@ def _stretch(
         if where.stop > where.start:
             gathering.take(batch, found)
             tallies.take(number, batch, found, where)
+        del found  # before the next batch is made
     return gathering.finished()
 
 
