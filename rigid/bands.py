@@ -64,7 +64,7 @@ def _made(
     from rigid.smoothing.present import finished
     from rigid.smoothing.run import bands as mixed
     from rigid.smoothing.run import blocks, ways
-    from rigid.smoothing.smoother import Kept
+    from rigid.smoothing.smoother import Keeping
 
     name = fields[0].name
     folder, mark = options.folder(spec.path), kept.mark(fields, laws, seed)
@@ -75,7 +75,7 @@ def _made(
         return done
     under = ways(fields, _learned(spec, fields, laws, options, mark), laws)
     with _bar(options, f"{name}: draws", "block", blocks(under)) as bar:
-        found = mixed(under, seed, Kept(folder / KEPT, lambda count: _step(bar, count)))
+        found = mixed(under, seed, Keeping(folder / KEPT, lambda count: _step(bar, count)))
     output.write_bands(folder / "bands", found)
     done = finished(found, spec.simulated)
     output.write_figures(folder / "bands", done)

@@ -32,6 +32,7 @@ from rigid.smoothing.latent import calm
 from rigid.smoothing.laws import Law, read_law, read_laws
 from rigid.smoothing.learning import Learned, Sheet
 from rigid.smoothing.model import Calibration
+from rigid.smoothing.present import _thousandths
 from rigid.smoothing.run import Band, Bands, Way
 from rigid.smoothing.run import bands as run_bands
 from rigid.smoothing.smoother import Draws
@@ -246,6 +247,10 @@ def test_falls_and_turns_of_a_record_known_by_hand():
         (6.0, 0.12, 0.0),
         (8.0, 0.0, 0.12),
     ]
+
+
+def test_a_shut_valve_is_no_negative_zero():
+    assert [_thousandths(k) for k in (-1e-5, 0.12449, -0.2)] == ["0.000", "0.124", "-0.200"]
 
 
 # What is kept of a run

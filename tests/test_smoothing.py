@@ -16,6 +16,7 @@ from rigid.smoothing.interval import at_place, intervals
 from rigid.smoothing.kalman import Backward, Filtered, Run, Samples
 from rigid.smoothing.mixture import LEVELS, Mixture, Moments, quantiles
 from rigid.smoothing.model import Calibration, Reference
+from rigid.smoothing.run import _within
 from rigid.smoothing.states import States
 
 STEPS, SAMPLES = 2, 6
@@ -354,12 +355,27 @@ def test_the_budget_of_stretches_is_that_of_the_whole(cuts):
     np.testing.assert_allclose(whole.figures()[:, 4], slope, rtol=1e-6)
 
 
+def test_noise_is_told_within_a_law():
+    """Errors are laid over each law's own mean: what lies between laws is model form, not noise.
+
+    Of two laws with sds 1 and 3 and probabilities 0.8 and 0.2, both of 2000 draws, the pooled
+    variance is 0.8 + 0.2 * 9 = 2.6; its sd is known to 1 / sqrt(2 * 2000 / 1.9) = 2 %.
+    """
+    rng = np.random.default_rng(6)
+    first, second = rng.standard_normal((2000, 5)), 500.0 + 3.0 * rng.standard_normal((2000, 5))
+    found = _within([first, second], [0.8 / 2000, 0.2 / 2000])
+    np.testing.assert_allclose(found, np.sqrt(2.6), rtol=0.08)
+    assert _within([first[:1], second[:1]], [0.8, 0.2]) is None
+
+
+SDS = np.arange(5.0)
+
+
 def test_model_form_is_the_spread_between_laws():
     values = np.tile(np.array([[1.0], [1.0], [3.0], [3.0]]), (1, 5))
-    listed = budget.lines(
-        "A", (values, np.ones(4)), (values, None, None, values), np.array([0, 0, 1, 1])
-    )
+    listed = budget.lines("A", (values, np.ones(4)), (SDS, None, None, SDS), np.array([0, 0, 1, 1]))
     assert listed[0].parts[3] == pytest.approx(1.0)
     assert listed[0].parts[1] is None
+    assert [line.parts[4] for line in listed] == list(SDS)
     one = budget.lines("A", (values, np.ones(4)), (None,) * 4, np.zeros(4))
     assert one[0].parts[3] is None

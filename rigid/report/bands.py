@@ -48,7 +48,8 @@ class FieldContent:
 class BandsContent:
     """The section on bands, complete.
 
-    - heads: names of the parts of the budget; posterior: file the draws come from
+    - heads: names of the parts of the budget
+    - draws: of all laws together; laws: how many there are; posterior: files the draws come from
     """
 
     title: str
@@ -58,6 +59,7 @@ class BandsContent:
     heads: tuple[str, ...]
     records: tuple[FieldContent, ...]
     draws: int
+    laws: int
     posterior: str
     command: str
     version: str

@@ -156,8 +156,8 @@ def lines(
 ) -> list[Line]:
     """Make the budget of one place.
 
-    - `everything`: (draws, 5) and weights (draws,). - `parts`: (draws, 5) of noise, sensors, rig
-      and own movement, or None. - `laws` (draws,): which law each draw is of.
+    - `everything`: (draws, 5) and weights (draws,). - `parts`: standard uncertainties (5,) of
+      noise, sensors, rig and own movement, or None. - `laws` (draws,): which law each draw is of.
     """
     values, weight = everything
     out = []
@@ -167,7 +167,7 @@ def lines(
         q05, median, q95 = np.interp((0.05, 0.5, 0.95), share, values[order, i])
         mean = np.average(values[:, i], weights=weight)
         combined = np.sqrt(np.average((values[:, i] - mean) ** 2, weights=weight))
-        noise, sensors, rig, own = (None if p is None else float(np.std(p[:, i])) for p in parts)
+        noise, sensors, rig, own = (None if p is None else float(p[i]) for p in parts)
         form = _between(values[:, i], weight, laws)
         out.append(
             Line(place, name, unit, float(median), float(q05), float(q95), float(combined),

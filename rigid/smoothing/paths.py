@@ -12,7 +12,7 @@ from rigid.smoothing.kalman import Smoothed
 from rigid.smoothing.laws import Law, draws
 from rigid.smoothing.learning import Learned
 from rigid.smoothing.model import KAPPA, LATENT_SCALES, LOAD
-from rigid.smoothing.smoother import STEPS, Back, Evidence, Kept
+from rigid.smoothing.smoother import STEPS, Back, Evidence, Keeping
 
 BATCH, SMALL_BATCH = 32, 8
 """Draws in one compiled program, and where there are no more than twice as many as in the small
@@ -122,12 +122,12 @@ class Going:
       errors. - `wide`: draws smoothed together, no fewer than the law has.
     """
 
-    def __init__(self, test: Test, law: Law, seeds: Sequence[int], wide: int, kept: Kept):
+    def __init__(self, test: Test, law: Law, seeds: Sequence[int], wide: int, keeping: Keeping):
         self._test, self._count, self._wide = test, law.size, wide
         self._left = test.fields[0].blocks
         padded = law.only(np.minimum(np.arange(wide), law.size - 1))
         self._back = [
-            Back(field, draws(padded, field), evidence, _keys(seed, wide), kept)
+            Back(field, draws(padded, field), evidence, _keys(seed, wide), keeping)
             for field, evidence, seed in zip(test.fields, test.evidence, seeds, strict=True)
         ]
 

@@ -54,6 +54,7 @@ def content(
         heads=PARTS,
         records=tuple(_record(one) for one in found),
         draws=draws,
+        laws=len(spec.bands.sources),
         posterior=_posteriors(spec.bands),
         command=f"python -m rigid.bands {spec.path.stem}",
         version=__version__,
@@ -70,7 +71,12 @@ def _posteriors(named: BandsSpec) -> str:
 
 def _record(found: Finished) -> FieldContent:
     rows = tuple(BudgetRow(**vars(line)) for line in found.budget)
+    drawn = (
+        (f"bands/{found.name}.svg", "the whole test"),
+        (f"bands/{found.name}-drops.svg", "its greatest drops"),
+    )
     files = (
+        *drawn[: len(found.figures)],
         (f"bands/{found.name}.csv", "median and quantiles over time"),
         (f"bands/{found.name}-parts.csv", "standard deviations over time by their cause"),
     )
@@ -83,7 +89,7 @@ def _events(found: Finished) -> tuple[str, ...]:
         for turn in (turn for turn in found.turns if turn.cylinder == cylinder):
             out.append(
                 f"Cylinder {cylinder}: the valve moved at {turn.time:.2f} s, κ went from "
-                f"{turn.before:.3f} to {turn.after:.3f}."
+                f"{_thousandths(turn.before)} to {_thousandths(turn.after)}."
             )
         dropped = [fall for fall in found.falls if fall.cylinder == cylinder]
         if dropped:
@@ -93,6 +99,11 @@ def _events(found: Finished) -> tuple[str, ...]:
             )
             out.append(f"Cylinder {cylinder}: the load fell from {told}.")
     return tuple(out)
+
+
+def _thousandths(kappa: float) -> str:
+    """To three places; a shut valve is no negative zero."""
+    return f"{round(kappa, 3) + 0.0:.3f}"
 
 
 def shown(found: Bands, dropped: Sequence[Fall], moved: Sequence[Turn]) -> FieldShown:

@@ -12,11 +12,14 @@ from rigid.smoothing.laws import Law, draws, sheet
 from rigid.smoothing.learning import Learned, learn
 from rigid.smoothing.mixture import LEVELS, Mixture, Moments, quantiles
 from rigid.smoothing.paths import Going, Path, Test, batch_of, stretches, told
-from rigid.smoothing.smoother import NOWHERE, Kept
+from rigid.smoothing.smoother import NOWHERE, Keeping
 from rigid.spec import Spec
 
 PART_DRAWS = 24
 """Draws for each part of the budget that is told apart."""
+
+ALONE = ("sensors", "rig")
+"""Parts that take draws of their own."""
 
 PART_NAMES = ("noise", "sensors", "rig", "form", "own")
 """Parts of the variance at every time, as `budget.PARTS` orders them."""
@@ -70,7 +73,7 @@ def learned(
 def bands(
     ways: Sequence[Way],
     seed: int,
-    kept: Kept = NOWHERE,
+    keeping: Keeping = NOWHERE,
     apart: bool = True,
 ) -> Bands:
     """Mix the draws of all laws into bands, and take the uncertainty apart.
@@ -78,7 +81,7 @@ def bands(
     All draws go back over a record together, a stretch at a time, so that what grows with them is a
     few numbers each: the state of the rig, and those of the budget.
 
-    - `ways`: the test under each law, weights summing to 1; all tell the same times. - `kept`:
+    - `ways`: the test under each law, weights summing to 1; all tell the same times. - `keeping`:
       where states go, and who is told of each block. - `apart`: whether rig and sensors are told
       apart, which takes more draws.
     """
@@ -88,7 +91,7 @@ def bands(
     sources = []
     for batch in _batches(ways, apart):
         seeds = [int(rng.integers(2**31)) for _ in test.fields]
-        going = Going(batch.way.test, batch.way.law, seeds, batch_of(batch.of), kept)
+        going = Going(batch.way.test, batch.way.law, seeds, batch_of(batch.of), keeping)
         sources.append((batch, going))
     tallies = _Tallies(time, {p: windows(time, load) for p, load in test.middle.items()})
     made: dict[str, Band] = {}
@@ -148,7 +151,7 @@ def _batches(ways: Sequence[Way], apart: bool) -> Iterator[_Batch]:
         return
     best = _best(ways)
     centre, some = best.law.centre(), best.law.only(np.arange(min(PART_DRAWS, best.law.size)))
-    for part in ("sensors", "rig"):
+    for part in ALONE:
         alone = centre.with_sensors_of(some) if part == "sensors" else some.with_sensors_of(centre)
         for one in _parted(alone):
             yield _Batch(Way(best.test, one), alone, part, 1.0, 0)
@@ -201,7 +204,7 @@ class _Gathering:
             total = sum(m.weight for m in each)
             form = sum((m.weight * (m.mean - overall) ** 2 for m in each), start=form) / total
         nothing = Moments(squares=np.zeros_like(noise))
-        alone = [self.sums.get((name, p), nothing).variance for p in ("sensors", "rig")]
+        alone = [self.sums.get((name, p), nothing).variance for p in ALONE]
         return np.sqrt(np.stack([noise, *alone, form, smoothed - noise]))
 
 
@@ -239,24 +242,34 @@ class _Tallies:
 
     def finished(self, sources: Sequence[tuple[_Batch, Going]]) -> tuple[Line, ...]:
         """Budgets of all places."""
-        whole = [batch for batch, _ in sources if not batch.part]
+        batches = [batch for batch, _ in sources]
+        whole = [b for b in batches if not b.part]
         weight = np.repeat([b.weight for b in whole], [b.way.law.size for b in whole])
         laws = np.repeat([b.law for b in whole], [b.way.law.size for b in whole])
         out: list[Line] = []
         for place in dict.fromkeys(key[0] for key in self.tallies):
-            rows = {
-                part: np.concatenate(
-                    [
-                        t.figures()
-                        for (w, p, _), t in self.tallies.items()
-                        if (w, p) == (place, part)
-                    ]
-                )
-                for part in dict.fromkeys(k[1] for k in self.tallies if k[0] == place)
-            }
-            parts = tuple(rows.get(p) for p in ("noise", "sensors", "rig", "own"))
-            out += lines(place, (rows["all"], weight), parts, laws)
+            rows: dict[str, list[np.ndarray]] = {}
+            for (where, part, _), tally in self.tallies.items():
+                if where == place:
+                    rows.setdefault(part, []).append(tally.figures())
+            alone = [np.std(np.concatenate(rows[p]), 0) if p in rows else None for p in ALONE]
+            noise, own = (_within(rows[p], [b.weight for b in whole]) for p in ("noise", "own"))
+            parts = (noise, *alone, own)
+            out += lines(place, (np.concatenate(rows["all"]), weight), parts, laws)
         return tuple(out)
+
+
+def _within(batches: Sequence[np.ndarray], weights: Sequence[float]) -> np.ndarray | None:
+    """Sd (5,) about the mean of each batch (draws, 5); None where no batch has two draws.
+
+    Errors are laid over the mean path of their batch, which differs from law to law and a little
+    from batch to batch.
+    """
+    count = sum(w * (len(rows) - 1) for w, rows in zip(weights, batches, strict=True))
+    if count == 0.0:
+        return None
+    squares = [w * np.sum((r - r.mean(0)) ** 2, 0) for w, r in zip(weights, batches, strict=True)]
+    return np.sqrt(np.sum(squares, axis=0) / count)
 
 
 def ways(

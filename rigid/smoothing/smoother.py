@@ -48,7 +48,7 @@ class Evidence(NamedTuple):
     moves: np.ndarray
 
 
-class Kept(NamedTuple):
+class Keeping(NamedTuple):
     """Where states are kept on the way, and who is told of each block, forward and back.
 
     - `folder`: of their file; None: where the system keeps such files.
@@ -58,7 +58,7 @@ class Kept(NamedTuple):
     report: Callable[[int], None]
 
 
-NOWHERE = Kept(None, lambda _: None)
+NOWHERE = Keeping(None, lambda _: None)
 
 
 @eqx.filter_jit
@@ -135,15 +135,15 @@ class Back:
         draws: Draws,
         evidence: Evidence,
         keys: Array | None,
-        kept: Kept = NOWHERE,
+        keeping: Keeping = NOWHERE,
     ):
-        self._given, self._report = (field, draws, evidence, keys), kept.report
-        state, self._begins = _start(draws, keys, _ways(evidence)), States(kept.folder)
+        self._given, self._report = (field, draws, evidence, keys), keeping.report
+        state, self._begins = _start(draws, keys, _ways(evidence)), States(keeping.folder)
         self._begins.append(state)
         for run in islice(_runs(*self._given), field.blocks - 1):
             state = kalman.forward(state, run)
             self._begins.append(state)
-            kept.report(1)
+            keeping.report(1)
         self._later = Backward(jnp.zeros_like(state.mean), jnp.zeros_like(state.covariance))
         self._path = reference(field)
 
