@@ -157,10 +157,14 @@ class BandsLawSpec(Value):
 
 
 class BandsSpec(Value):
-    """What bands are made from: one posterior, or several laws with their probabilities."""
+    """What bands are made from: one posterior, or several laws with their probabilities.
+
+    - `draws`: of each posterior.
+    """
 
     posterior: Path | None = None
     laws: tuple[BandsLawSpec, ...] = ()
+    draws: Annotated[Whole, Field(ge=8)] = 128
 
     @model_validator(mode="after")
     def one_way(self) -> "BandsSpec":
