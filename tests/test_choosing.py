@@ -1,0 +1,467 @@
+"""Laws of friction compared: the integral, left-out records, errors, verdicts; and the command."""
+
+import dataclasses
+import json
+from pathlib import Path
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from rigs import MEMORY, SHEETS, converted, drive, effects, parameters, track
+from scipy.special import logsumexp
+
+from rigid import laws as command
+from rigid.choosing.comparing import (
+    CANNOT_TELL,
+    LAW,
+    TIED,
+    Odds,
+    compare,
+    probabilities,
+    verdict_of,
+)
+from rigid.choosing.fitting import Fitted, Programs
+from rigid.choosing.further import next_record
+from rigid.choosing.integral import Amplitude, evidence, shape
+from rigid.choosing.laws import (
+    BRISTLES,
+    COULOMB,
+    DRY,
+    NAMES,
+    SEAL,
+    STRIBECK,
+    VISCOUS,
+    Law,
+    laws,
+    without_friction,
+)
+from rigid.choosing.laws import MEMORY as WITH_MEMORY
+from rigid.choosing.leaving import left_out
+from rigid.choosing.output import as_csv, as_dict
+from rigid.choosing.present import content, table
+from rigid.choosing.scatter import CAMPAIGNS, scattered
+from rigid.choosing.starts import prior_starts
+from rigid.choosing.together import descended, led, simulated
+from rigid.choosing.widths import AS_STATED, VARIANTS, sized, spread
+from rigid.cli import Options
+from rigid.discovery.families import Family, families
+from rigid.discovery.hypothesis import Hypothesis
+from rigid.discovery.judging import units
+from rigid.discovery.local import Local, expand
+from rigid.discovery.samples import lay_out
+from rigid.generator import Conditions, campaign
+from rigid.generator.hidden.dry import PressureDependent
+from rigid.groups import SlowGroup
+from rigid.likelihood import make_pieces
+from rigid.priors import Lognormal, Normal, Uniform
+from rigid.problem import Problem
+from rigid.report.laws import section
+from rigid.spec import load_spec
+from rigid.tracks import Series
+
+BRANCHES = {"mu_branch[1]": 0.0, "mu_branch[2]": 0.0}
+SEVERAL = {"kappa[free-run-1,A]": 0.2, "kappa[free-run-2,A]": 0.05, "kappa[free-run-3,A]": 0.1}
+
+
+def problem(seed: int, **truth: float) -> Problem:
+    """Three free runs of a rig, its friction constant unless the truth says otherwise."""
+    tracks = tuple(
+        track(f"free-run-{i},A", "free-run", 300, drive=drive(300, (0.5, 1.8), (0, 1, 0)),
+              stroke_high=0.1, switch_strokes=np.full(8, 0.05))
+        for i in (1, 2, 3)
+    )  # fmt: skip
+    free = {
+        "mu": Lognormal(1e6, 3.0),
+        "mu_branch[1]": Lognormal(5e5, 5.0),
+        **{k: Lognormal(v, 1.2) for k, v in SEVERAL.items()},
+    }
+    listed = parameters(free, MEMORY, ("load,A", "stroke,A", "pressure,A"))
+    values = listed.values(jnp.zeros((1, listed.size)))
+    values |= {k: jnp.asarray([v]) for k, v in ({"mu": 1e6} | BRANCHES | truth).items()}
+    group = SlowGroup(tracks, effects(MEMORY))
+    ideal, rng = group.predict(values), np.random.default_rng(seed)
+    series = {}
+    for i, one in enumerate(tracks):
+        data = {q: converted(ideal[q][:, i, 0], SHEETS[q], rng) for q in ideal}
+        series[one.label] = Series(data, {q: np.ones(one.samples) for q in data})
+    return Problem(group.effects, listed, (group,), make_pieces((group,), series, SHEETS))
+
+
+CONSTANT = Law(VISCOUS, False, None, {"mu_branch[1]": 0.0, "mu_branch[2]": 0.0})
+ONE_BRANCH = Law(WITH_MEMORY, True, None, {"mu_branch[2]": 0.0})
+
+
+def fits(made: Problem) -> tuple[Family, dict[str, Local]]:
+    """Constant friction and one branch of memory, each at its best."""
+    family = families(made, (), together=True)[0]
+    noise = np.zeros(3)
+    out = {}
+    for law in (CONSTANT, ONE_BRANCH):
+        hypothesis = Hypothesis(made, held=law.held)
+        like = expand(hypothesis, (family, lay_out(made)), np.zeros(hypothesis.size), noise)
+        out[law.name] = led(family, simulated(family, prior_starts(like, 1, 0)), False)[0]
+    return family, out
+
+
+@pytest.fixture(scope="module")
+def plain() -> tuple[Family, dict[str, Local]]:
+    return fits(problem(500))
+
+
+def amplitude(local: Local) -> dict:
+    known = {p.label: p.law for p in local.hypothesis.parameters}
+    return {k: known[k] for k in ("mu_branch[1]",) if k in known}
+
+
+def flat(count: int, size: float, seed: int, amplitude_at: float = 0.0):
+    """A linear toy: y = a x + b u + noise, a lognormal amplitude and a Gaussian number."""
+    rng = np.random.default_rng(seed)
+    x, u = size * rng.standard_normal(count) / np.sqrt(count), rng.standard_normal(count)
+    return x, u, amplitude_at * x + 0.3 * u + rng.standard_normal(count)
+
+
+class Toy:
+    """A linear model with unit noise around w: what of it goes into the integral."""
+
+    def __init__(self, data, law, w=(-1.0, 0.2)):
+        self.x, self.u, self.y = data
+        self.law, self.w = law, np.array(w if law else w[1:])
+        value = float(law.from_standard(w[0])) if law else 0.0
+        rise = value * float(np.log(law.factor)) if law else 0.0
+        self.columns = np.stack([*([self.x * rise] if law else []), self.u], axis=1)
+        self.residual = self.y - value * self.x - w[1] * self.u
+        self.value = -0.5 * float(self.residual @ self.residual)
+        self.amplitude = Amplitude(0, value, rise, law)
+
+    def evidence(self, law=None) -> float:
+        """By the integral under test, with the toy's prior or another."""
+        law = law or self.law
+        listed = [self.amplitude._replace(law=law)] if law else []
+        found = shape(self.columns.T @ self.columns, self.w, listed)
+        return float(found.integral(self.columns.T @ self.residual, self.value))
+
+    def exact(self) -> float:
+        """On a fine grid of the amplitude, the Gaussian number by its closed form."""
+        grid = np.linspace(-9.0, 9.0, 36001)
+        a = np.asarray(self.law.from_standard(grid))
+        xx, xy, yy = self.x @ self.x, self.x @ self.y, self.y @ self.y
+        ux, uy, known = self.u @ self.x, self.u @ self.y, 1.0 + self.u @ self.u
+        logs = -0.5 * (yy - 2.0 * a * xy + a**2 * xx) + 0.5 * (uy - a * ux) ** 2 / known
+        mass = -0.5 * grid**2 - logsumexp(-0.5 * grid**2)
+        return float(logsumexp(logs + mass) - 0.5 * np.log(known))
+
+    def laplace(self) -> float:
+        """Laplace's method where the toy is expanded."""
+        known = np.eye(len(self.w)) + self.columns.T @ self.columns
+        pull = self.columns.T @ self.residual - self.w
+        value = self.value - 0.5 * self.w @ self.w + 0.5 * pull @ np.linalg.solve(known, pull)
+        return float(value - 0.5 * np.linalg.slogdet(known)[1])
+
+
+def at_the_top(data, law) -> Toy:
+    """The toy expanded at its most probable place."""
+
+    def height(z: float) -> tuple[float, float]:
+        x, u, y = data
+        rest = y - float(law.from_standard(z)) * x
+        b = u @ rest / (1.0 + u @ u)
+        return -0.5 * float(np.sum((rest - b * u) ** 2) + b * b + z * z), b
+
+    z = 0.0
+    for width in (9.0, 0.05, 0.001):
+        grid = z + np.linspace(-width, width, 361)
+        z = grid[int(np.argmax([height(z)[0] for z in grid]))]
+    return Toy(data, law, (z, height(z)[1]))
+
+
+@pytest.mark.parametrize("size", [0.02, 0.3, 3.0])
+def test_an_amplitude_that_is_only_known_to_be_small_goes_by_the_grid(size):
+    """Against quadrature, wherever the toy is expanded: it is linear in the amplitude."""
+    law, data = Lognormal(5.0, 4.0), flat(200, size, 7)
+    toy = at_the_top(data, law)
+    assert toy.evidence() == pytest.approx(toy.exact(), abs=1e-3)
+    # Without an amplitude the integral is the closed form, for which the toy is Gaussian.
+    assert Toy(data, None).evidence() == pytest.approx(Toy(data, None).laplace(), abs=1e-9)
+
+
+def test_laplace_is_off_there():
+    """By 0.26 where an amplitude of 5 would be 15 times its noise and there is nothing of it."""
+    law, (x, u, y) = Lognormal(5.0, 4.0), flat(200, 3.0, 7)
+    toy = at_the_top((x, u, y - x * (x @ y) / (x @ x)), law)
+    assert toy.laplace() - toy.exact() > 0.2
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_another_prior_is_as_if_the_law_had_been_fitted_with_it(name):
+    stated = Lognormal(5.0, 4.0)
+    other = VARIANTS[name](stated)
+    data = flat(200, 40.0, 11, amplitude_at=2.0)  # a strong amplitude: no grid
+    first, second = at_the_top(data, stated), at_the_top(data, other)
+    assert not len(shape(first.columns.T @ first.columns, first.w, [first.amplitude]).wide)
+    assert first.evidence(other) == pytest.approx(second.evidence(), abs=2e-3)
+    assert second.evidence() == pytest.approx(second.exact(), abs=2e-3)
+
+
+def test_priors_are_made_larger_and_wider_as_said():
+    assert float(sized(Lognormal(5.0, 4.0), 3.0).from_standard(1.0)) == pytest.approx(60.0)
+    assert float(spread(Lognormal(5.0, 4.0), 2.0).from_standard(1.0)) == pytest.approx(80.0)
+    assert float(sized(Normal(1.0, 2.0), 3.0).from_standard(-1.0)) == pytest.approx(-3.0)
+    assert float(sized(Uniform(1.0, 2.0), 3.0).from_standard(8.0)) == pytest.approx(6.0)
+    assert next(iter(VARIANTS)) == AS_STATED
+
+
+def mean_log_score(made_by_larger: bool, judge) -> float:
+    """Mean of -ln p of the truth over toy campaigns, between a law and a larger one."""
+    law, total = Lognormal(2.0, 2.0), 0.0
+    seeds = range(60)
+    rng = np.random.default_rng(17)
+    for seed in seeds:
+        a = float(law.from_standard(rng.standard_normal())) if made_by_larger else 0.0
+        data = flat(100, 1.0, 1000 + seed, amplitude_at=a)
+        p = probabilities({"small": judge(data, None), "large": judge(data, law)})
+        total -= np.log(max(p["large" if made_by_larger else "small"], 1e-6))
+    return total / len(seeds)
+
+
+def test_without_the_occam_factor_the_larger_law_wins_where_it_is_not_needed():
+    """The comparison, broken on purpose: the height of the top in place of the integral.
+
+    What is right is right on average: with each law as often the truth as the other, no answer has
+    a better expected log score than the probabilities, ln 2 being that of no answer at all.
+    """
+
+    def honest(data, law):
+        return Toy(data, law).evidence()
+
+    def top(data, law):
+        x, u, y = data
+        columns = np.stack([x, u] if law else [u], axis=1)
+        best = np.linalg.lstsq(columns, y, rcond=None)[0]
+        return -0.5 * float(np.sum((y - columns @ best) ** 2))
+
+    right = [mean_log_score(large, honest) for large in (False, True)]
+    wrong = [mean_log_score(large, top) for large in (False, True)]
+    assert np.mean(right) < np.log(2.0)
+    assert np.mean(right) < np.mean(wrong)
+    # The top of a larger law is never lower, so that the smaller is given less than a half always.
+    assert wrong[0] > np.log(2.0) > right[0]
+
+
+def test_the_fit_with_memory_and_the_one_without_agree_where_there_is_none(plain):
+    _, found = plain
+    constant, memory = found[VISCOUS], found[WITH_MEMORY]
+    # Both top the same likelihood, but for what the prior of the branch asks: at most what it costs
+    # to go without, 3.5 sds down from 5e5 to 2e3 N s/m, a hundredth of a noise sd in the pressure.
+    assert memory.value > constant.value - 0.5 * 3.5**2
+    logs = {name: evidence(one, amplitude(one)) for name, one in found.items()}
+    assert logs[VISCOUS] > logs[WITH_MEMORY]
+    value, _ = constant.hypothesis.values(constant.w)["mu"]
+    assert value == pytest.approx(1e6, rel=0.05)
+    assert constant.hypothesis.constants()["mu_branch[1]"] == 0.0
+    assert "mu_branch[1]" not in constant.hypothesis.labels
+
+
+def test_left_out_records_are_predicted_as_a_fit_without_them_says(plain):
+    """The parabola against fits made again without each record: within 0.1 of the log density."""
+    family, found = plain
+    local = found[VISCOUS]
+    parts = units(local, None)
+    assert len(parts) == 3
+    quick = left_out(family, local, {}, parts)
+    assert not quick.refitted.any()
+    for rows, density in zip(parts, quick.density, strict=True):
+        less = local.layout.weighed(np.where(rows, 0.0, local.layout.weight))
+        again = expand(local.hypothesis, (family, less), local.w, local.z_noise)
+        again = descended(family, [again], False)[0]
+        assert density == pytest.approx(evidence(local, {}) - evidence(again, {}), abs=0.1)
+
+
+def test_errors_are_what_differences_scatter_by(plain):
+    """Campaigns by simulation of the rig, against those by the parabola: sd of the difference.
+
+    The sd of 24 differences is known to 15 % (1/sqrt(48)), that of CAMPAIGNS to 5 %; 3 sd.
+    """
+    _, found = plain
+    parts = units(found[VISCOUS], None)
+    judged = {name: (one, amplitude(one)) for name, one in found.items()}
+    drawn = scattered(found[VISCOUS], judged, parts, 3)
+    assert drawn[VISCOUS].density.shape == (CAMPAIGNS, 3)
+    said = float((drawn[WITH_MEMORY].evidence - drawn[VISCOUS].evidence).std())
+    true = []
+    for seed in range(24):
+        _, one = fits(problem(600 + seed))
+        logs = [evidence(one[name], amplitude(one[name])) for name in (WITH_MEMORY, VISCOUS)]
+        true.append(logs[0] - logs[1])
+    assert said == pytest.approx(float(np.std(true)), rel=3 * 0.16)
+    middle = float((drawn[WITH_MEMORY].evidence - drawn[VISCOUS].evidence).mean())
+    assert middle == pytest.approx(float(np.mean(true)), abs=3 * said / np.sqrt(24) + 0.15)
+
+
+def test_two_laws_compared_from_fits_to_the_page(plain):
+    """All of it but dry friction: where there is no memory the larger law is tied or behind."""
+    family, found = plain
+    fitted = Fitted(Programs(family, family), (CONSTANT, ONE_BRANCH), found)
+    compared = compare(fitted, 5)
+    first, second = compared.standings
+    assert first.law.name == VISCOUS
+    assert first.elpd == first.error == 0.0
+    assert second.error > 0.0
+    # The larger law's noise of one amplitude: sd of a log predictive density about 1/sqrt(2).
+    assert 0.0 < second.error < 3.0
+    for variant in VARIANTS:
+        assert first.probability[variant] + second.probability[variant] == pytest.approx(1.0)
+    assert compared.parts == tuple(first.local.layout.tracks)
+    further = next_record(compared)
+    assert (further is None) == (not compared.tied)
+    spec = load_spec(Path(__file__).parents[1] / "fits" / "calibration.toml")
+    made = as_dict(spec, compared, further, 5)
+    assert json.loads(json.dumps(made, allow_nan=False)) == made
+    assert set(made["laws"][1]["parameters"]) == {"mu", "mu_branch[1]"}
+    assert "fig-laws" in section(content(spec, made)).html
+    assert len(as_csv(made).splitlines()) == 3
+
+
+def odds(law: Law, evidence_: float, tied: bool) -> Odds:
+    return Odds(law, dict.fromkeys(VARIANTS, evidence_), tied)
+
+
+def test_verdicts():
+    constant = Law(VISCOUS, False)
+    coulomb, seal = Law(COULOMB, False, DRY[0]), Law(SEAL, False, DRY[1])
+    first = odds(constant, 0.0, False)
+    assert verdict_of([first, odds(coulomb, -9.0, False)]) == LAW
+    assert verdict_of([first, odds(coulomb, -9.0, True)]) == TIED
+    # a larger law that the odds do not rule out, under one prior at least
+    close = odds(coulomb, -9.0, True)
+    close = close._replace(evidence={**close.evidence, "half the width": -2.0})
+    assert verdict_of([first, close]) == CANNOT_TELL
+    # a smaller one, or one of another kind: a tie is a tie whatever the odds
+    other = odds(coulomb, 0.0, False)
+    assert verdict_of([other, odds(constant, -9.0, True)]) == CANNOT_TELL
+    assert verdict_of([other, odds(seal, -9.0, True)]) == CANNOT_TELL
+
+
+def test_which_law_contains_which():
+    constant, memory = Law(VISCOUS, False), Law(WITH_MEMORY, True)
+    names = (COULOMB, STRIBECK, BRISTLES, SEAL)
+    beside = {name: Law(name, True, DRY[name == SEAL]) for name in names}
+    dry = {name: Law(name, False, DRY[name == SEAL]) for name in names}
+    assert all(law.contains(constant) for law in (memory, *dry.values(), *beside.values()))
+    assert all(law.contains(memory) for law in beside.values())
+    assert not any(law.contains(memory) for law in dry.values())
+    assert dry[BRISTLES].contains(dry[STRIBECK])
+    assert dry[STRIBECK].contains(dry[COULOMB])
+    assert not dry[COULOMB].contains(dry[STRIBECK])
+    assert not dry[SEAL].contains(dry[COULOMB])
+    assert not constant.contains(memory)
+
+
+@pytest.mark.slow
+def test_the_command_finds_seal_friction_and_writes_its_files(tmp_path: Path, capsys):
+    """A strong one, so that neither seed nor prior matters."""
+    hidden = (PressureDependent(2e-5),)
+    campaign(
+        820_010, tmp_path, field=False,
+        conditions=Conditions(clock=1, memory=False, hidden=hidden),
+    )  # fmt: skip
+    path, out = tmp_path / "calibration.toml", tmp_path / "out"
+    text = path.read_text("ascii").replace(f'    "{WITH_MEMORY}",\n', "")
+    path.write_text(text, "ascii")
+    given = Options(spec=str(path), out=out, seed=1, resume=False, quiet=True, as_json=True)
+    assert command.compare_laws(given) == 0
+    found = json.loads((out / "laws.json").read_text("utf-8"))
+    assert found == json.loads(capsys.readouterr().out)
+    assert {one["law"] for one in found["laws"]} == set(NAMES)
+    assert found["first"] == SEAL
+    assert sum(one["probability"] for one in found["laws"]) == pytest.approx(1.0)
+    others = [one for one in found["laws"] if one["law"] != SEAL]
+    assert all(one["elpd_difference"] < -4.0 for one in others)
+    seal = found["laws"][0]["parameters"]["c_seal"]
+    # The hidden law fades: 2e-5 (1 + p/2e8)^-1, some 25 % less at the frame's pressures.
+    assert 1.2e-5 < seal["median"] < 2.2e-5
+    rows = (out / "laws.csv").read_text("utf-8").splitlines()
+    assert len(rows) == 1 + len(NAMES)
+    page = (out / "index.html").read_text("utf-8")
+    assert "Simulated data" in page
+    assert "Laws of friction" in page
+
+
+def test_the_laws_of_a_spec(tmp_path: Path):
+    """Dry friction stands beside what the spec has; a coefficient by kind of record is no law."""
+    folder = Path(__file__).parents[1] / "fits"
+    spec = load_spec(folder / "constant-mu.toml")
+    plain_spec = without_friction(spec)
+    assert spec.model.vary
+    assert not plain_spec.model.vary
+    assert plain_spec.model.effects == load_spec(folder / "calibration.toml").model.effects
+    made = problem(1)
+    bending = Lognormal(2e-5, 1.1)
+    numbers = made.parameters
+    more = dataclasses.replace(numbers.sampled[0], label="presliding", law=bending)
+    made = dataclasses.replace(
+        made, parameters=dataclasses.replace(numbers, sampled=(*numbers.sampled, more))
+    )
+    by_name = {law.name: law for law in laws(spec, made)}
+    assert tuple(by_name) == NAMES
+    assert by_name[COULOMB].effects == (VISCOUS, COULOMB)
+    assert by_name[COULOMB].held["mu_branch[1]"] == 0.0
+    assert by_name[STRIBECK].held["z_bristle"] == pytest.approx(2e-5)
+    beside = laws(load_spec(folder / "calibration.toml"), made)
+    assert beside[2].effects == (VISCOUS, WITH_MEMORY, COULOMB)
+    assert "mu_branch[1]" not in beside[2].held
+
+
+def told(verdict: str, tied: tuple[str, ...] = (), usable: bool = True) -> dict:
+    """What goes to laws.json, of a comparison that never was."""
+    names = {name: -10.0 * i for i, name in enumerate((COULOMB, VISCOUS, STRIBECK))}
+    one = {
+        name: {
+            "law": name,
+            "words": name.split("-")[0],
+            "log_evidence": gap,
+            "log_evidence_error": 2.0,
+            "probability": 1.0 if gap == 0.0 else 0.0,
+            "priors": {v: {"log_evidence": gap - 1.0, "probability": 0.5} for v in VARIANTS},
+            "elpd_difference": gap,
+            "elpd_error": 3.0,
+            "tied": name in tied,
+            "records": [
+                {"record": r, "elpd_difference": gap / 2, "elpd_error": 1.0, "refitted": False}
+                for r in ("frame-1,A", "free-run-1,A")
+            ],
+            "parameters": {"mu": {"unit": "N s/m", "q05": 1e5, "median": 2e5, "q95": 3e5}},
+        }
+        for name, gap in names.items()
+    }
+    record = {"record": "a free run like free-run-1 (cylinder A) at 3 times", "apart": 2.0}
+    return {
+        "verdict": verdict, "usable": usable, "gap": 1.7, "seed": 1, "laws": list(one.values()),
+        "first": COULOMB, "tied": list(tied), "next_record": record if tied else None,
+    }  # fmt: skip
+
+
+def test_the_section_says_what_the_comparison_says():
+    spec = load_spec(Path(__file__).parents[1] / "fits" / "calibration.toml")
+    cases = {
+        "no other law is tied": told(LAW),
+        "do not need the larger stribeck": told(TIED, (STRIBECK,)),
+        "These records cannot tell: coulomb, or viscous": told(CANNOT_TELL, (VISCOUS,)),
+        "No law explains the records": told(LAW, usable=False),
+    }
+    for says, made in cases.items():
+        html = section(content(spec, made)).html
+        assert says in html
+        assert says in table(made)
+        assert ('class="verdict good"' in html) == (
+            made["verdict"] != CANNOT_TELL and made["usable"]
+        )
+        assert html == section(content(spec, made)).html
+    assert "would part" in section(content(spec, told(CANNOT_TELL, (VISCOUS,)))).html
+
+
+def test_the_table_has_a_row_a_law():
+    rows = as_csv(told(TIED, (STRIBECK,))).splitlines()
+    assert rows[0].startswith("law,log_evidence,")
+    assert rows[0].endswith('"frame-1,A","free-run-1,A"')
+    assert [row.split(",")[0] for row in rows[1:]] == [COULOMB, VISCOUS, STRIBECK]
+    assert rows[3].split(",")[6] == "True"
