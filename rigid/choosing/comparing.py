@@ -92,11 +92,8 @@ def compare(fitted: Fitted, seed: int) -> Comparison:
     variants = next(iter(logs.values()))
     chance = {v: probabilities({n: one[v] for n, one in logs.items()}) for v in variants}
     ranked = sorted(fitted.laws, key=lambda law: -chance[AS_STATED][law.name])
-    first, left = ranked[0].name, {}
-    for law in ranked:
-        near = logs[law.name][AS_STATED] > logs[first][AS_STATED] - HOPELESS
-        family = fitted.programs.of(law) if near else None
-        left[law.name] = left_out(family, *judged[law.name], parts)
+    first = ranked[0].name
+    left = _left(fitted, judged, {name: one[AS_STATED] for name, one in logs.items()}, parts)
     of_first = scattered(fitted.fits[first], judged, parts, seed)
     standings = []
     for number, law in enumerate(ranked):
@@ -108,6 +105,26 @@ def compare(fitted: Fitted, seed: int) -> Comparison:
     names = tuple(_named(layout, rows) for rows in parts)
     verdict = verdict_of([Odds(one.law, one.evidence, one.tied) for one in standings])
     return Comparison(tuple(standings), verdict, names, fitted)
+
+
+def _left(
+    fitted: Fitted,
+    judged: Mapping[str, tuple[Local, Mapping[str, AbstractLaw]]],
+    logs: Mapping[str, float],
+    parts: Sequence[np.ndarray],
+) -> dict[str, Left]:
+    """What each law says of records left out; fits are made again for laws that have a chance."""
+    best, out = max(logs.values()), {}
+    groups: dict[bool | None, list[str]] = {}
+    for law in fitted.laws:
+        near = logs[law.name] > best - HOPELESS
+        groups.setdefault(law.dry is None if near else None, []).append(law.name)
+    for viscous, names in groups.items():
+        program = None
+        if viscous is not None:
+            program = fitted.programs.viscous if viscous else fitted.programs.dry
+        out |= left_out(program, {name: judged[name] for name in names}, parts)
+    return out
 
 
 def _standing(

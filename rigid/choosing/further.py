@@ -1,15 +1,16 @@
 """The record that would part two laws which the present records leave tied."""
 
-import dataclasses
-from collections.abc import Mapping
+from collections.abc import Sequence
 
 import numpy as np
 
 from rigid.choosing.comparing import Comparison, Standing
-from rigid.choosing.laws import MEMORY, VISCOUS
 from rigid.choosing.together import Place, simulated
 from rigid.discovery.further import FACTORS, Proposal, otherwise, worded
 from rigid.discovery.local import Local
+
+Setting = tuple[str, float]
+"""Name of a setting of the records, and the factor that it is multiplied by."""
 
 
 def next_record(found: Comparison) -> Proposal | None:
@@ -22,46 +23,33 @@ def next_record(found: Comparison) -> Proposal | None:
     if not found.tied:
         return None
     pair = found.first, found.tied[0]
+    settings = [(name, factor) for name, factors in FACTORS.items() for factor in factors]
+    there = [_otherwise(found, one, settings) for one in pair]
     best: Proposal | None = None
-    for name, factors in FACTORS.items():
-        for factor in factors:
-            there = _otherwise(found, pair, name, factor)
-            if there is None:
+    for name, factor in (s for s in there[0] if s in there[1]):
+        ends = [one[name, factor] for one in there]
+        for number, track in enumerate(pair[0].local.layout.tracks):
+            if f"{name}[{track}]" not in pair[0].local.hypothesis.labels:
                 continue
-            for number, track in enumerate(pair[0].local.layout.tracks):
-                if f"{name}[{track}]" not in pair[0].local.hypothesis.labels:
-                    continue
-                apart = 0.5 * max(
-                    _distance(one.local, other.local, (there[one], there[other]), number)
-                    for one, other in (pair, pair[::-1])
-                )
-                if best is None or apart > best.apart:
-                    best = Proposal(worded(pair[0].local, number, name, factor), apart)
+            apart = 0.5 * max(
+                _distance(pair[i].local, pair[1 - i].local, (ends[i], ends[1 - i]), number)
+                for i in (0, 1)
+            )
+            if best is None or apart > best.apart:
+                best = Proposal(worded(pair[0].local, number, name, factor), apart)
     return best
 
 
 def _otherwise(
-    found: Comparison, pair: tuple[Standing, Standing], name: str, factor: float
-) -> Mapping[Standing, Local] | None:
-    """The pair with one setting of all records multiplied, or None where no record has it."""
-    programs, fits, out = found.fitted.programs, found.fitted.fits, {}
-    for one in pair:
-        w = otherwise(one.local, name, factor)
-        if w is None:
-            return None
-        if one.law.dry is None:
-            place = Place(one.local, w, False)
-        else:  # slopes by all other numbers as they are without dry friction
-            plain = fits[MEMORY if one.law.memory else VISCOUS]
-            labels = one.local.hypothesis.labels
-            kept = np.array([label in plain.hypothesis.labels for label in labels])
-            sensors = np.ones(len(w) - len(labels), dtype=bool)
-            (bare,) = simulated(
-                programs.viscous, [Place(plain, w[np.concatenate([kept, sensors])], False)]
-            )
-            place = Place(dataclasses.replace(one.local, design=bare.design), w, True)
-        (out[one],) = simulated(programs.of(one.law), [place])
-    return out
+    found: Comparison, one: Standing, settings: Sequence[Setting]
+) -> dict[Setting, Local]:
+    """A law with one setting of all records multiplied, by setting that a record has."""
+    moved = {s: otherwise(one.local, *s) for s in settings}
+    places = {s: Place(one.local, w) for s, w in moved.items() if w is not None}
+    if not places:
+        return {}
+    ends = simulated(found.fitted.programs.of(one.law), list(places.values()))
+    return dict(zip(places, ends, strict=True))
 
 
 def _distance(true: Local, wrong: Local, there: tuple[Local, Local], number: int) -> float:

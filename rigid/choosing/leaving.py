@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rigid.choosing.integral import evidence, shape_of
-from rigid.choosing.together import Place, descended, simulated
-from rigid.discovery.families import Family
+from rigid.choosing.integral import Shape, evidence, shape_of
+from rigid.choosing.stepping import Model, bent_of
+from rigid.choosing.together import Place, Program, descended, simulated
 from rigid.discovery.local import Local, with_weights
 from rigid.priors import AbstractLaw
 
@@ -32,37 +32,67 @@ class Left(NamedTuple):
     refitted: np.ndarray
 
 
-def left_out(
-    family: Family | None, local: Local, amplitudes: Amplitudes, parts: Sequence[np.ndarray]
-) -> Left:
-    """Judge each part by all the others.
+class Job(NamedTuple):
+    """A fit to be made again: of a law, without a part's rows, from w moved by `shift` on."""
 
-    - `family`: the program that holds the law; without one nothing is fitted again.
-    - `amplitudes`: as in `shape_of`. - `parts`: rows of each part.
+    law: str
+    part: int
+    rows: np.ndarray
+    shift: np.ndarray
+
+
+def left_out(
+    program: Program | None,
+    fits: Mapping[str, tuple[Local, Amplitudes]],
+    parts: Sequence[np.ndarray],
+) -> dict[str, Left]:
+    """Judge each part by all the others, for several laws.
+
+    - `program`: the one that holds the laws; without it nothing is fitted again. - `fits`: by name
+      of the law, with its amplitudes as in `shape_of`. - `parts`: rows of each part.
     """
+    out: dict[str, Left] = {}
+    jobs: list[Job] = []
+    for name, (local, amplitudes) in fits.items():
+        density, far = _by_parabola(local, amplitudes, parts)
+        out[name] = Left(density, np.zeros(len(parts), dtype=bool))
+        jobs += [Job(name, part, parts[part], shift) for part, shift in far.items()]
+    if program is None or not jobs:
+        return out
+    for job, rest in zip(jobs, _again(program, fits, jobs), strict=True):
+        local, amplitudes = fits[job.law]
+        # noise levels are held: what they had under their prior is there with the part and without
+        out[job.law].density[job.part] = evidence(local, amplitudes) - evidence(rest, amplitudes)
+        out[job.law].refitted[job.part] = True
+    return out
+
+
+def _by_parabola(
+    local: Local, amplitudes: Amplitudes, parts: Sequence[np.ndarray]
+) -> tuple[np.ndarray, dict[int, np.ndarray]]:
+    """Density of each part (parts,), and how far w moves without those that move it too far."""
     shape = shape_of(local, amplitudes)
     pull = local.design.T @ local.terms.score
     value = local.terms.value.sum()
     everything = float(shape.integral(pull, value))
-    density, moved = np.empty(len(parts)), {}
+    density, far = np.empty(len(parts)), {}
     for number, rows in enumerate(parts):
         design = local.design[rows]
         rest = shape.without(design.T @ (design * local.terms.bend[rows, None]))
         asked = pull - design.T @ local.terms.score[rows]
         density[number] = everything - rest.integral(asked, value - local.terms.value[rows].sum())
-        known = rest.information + np.eye(len(local.w))
-        shift = np.linalg.solve(known, asked - local.w)
-        shared = _shared(local, rows) & (np.diag(known) > 1.0 + LEFT_ALONE)
-        if np.abs(shift[shared]).max(initial=0.0) > FAR:
-            moved[number] = shift
-    jobs = {n: (parts[n], shift) for n, shift in moved.items()}
-    exact = {} if family is None else _again(family, local, jobs)
-    for number, rest in exact.items():
-        prior = (
-            0.5 * local.z_noise @ local.z_noise
-        )  # of the noise levels, the same without the part
-        density[number] = everything - (evidence(rest, amplitudes) + prior)
-    return Left(density, np.array([n in exact for n in range(len(parts))]))
+        shift = _moved(local, rest, asked)
+        told = np.diag(rest.information) > LEFT_ALONE
+        told[rest.wide] = False
+        if np.abs(shift[_shared(local, rows) & told]).max(initial=0.0) > FAR:
+            far[number] = shift
+    return density, far
+
+
+def _moved(local: Local, rest: Shape, pull: np.ndarray) -> np.ndarray:
+    """How far the top is from w (size,) without a part."""
+    model = Model(rest.information, pull, local.w, bent_of(local))
+    return model.place(model.top(0.0, np.zeros(len(local.w)))) - local.w
 
 
 def _shared(local: Local, rows: np.ndarray) -> np.ndarray:
@@ -74,17 +104,13 @@ def _shared(local: Local, rows: np.ndarray) -> np.ndarray:
 
 
 def _again(
-    family: Family, local: Local, jobs: Mapping[int, tuple[np.ndarray, np.ndarray]]
-) -> dict[int, Local]:
-    """Fits without some rows, noise levels held, by number of the part; empty for no jobs."""
-    if not jobs:
-        return {}
-    known = bool(local.hypothesis.added)
+    program: Program, fits: Mapping[str, tuple[Local, Amplitudes]], jobs: Sequence[Job]
+) -> list[Local]:
+    """Fits without some rows, noise levels held."""
     places = []
-    for rows, shift in jobs.values():
-        less = with_weights(local, np.where(rows, 0.0, local.layout.weight))
-        longest = max(float(np.abs(shift).max()), 1.0)
-        places.append(Place(less, local.w + shift / longest, known))
-    begun = simulated(family, places)
-    ends = descended(family, begun, known, MOST_AGAIN)
-    return dict(zip(jobs, ends, strict=True))
+    for job in jobs:
+        local, _ = fits[job.law]
+        less = with_weights(local, np.where(job.rows, 0.0, local.layout.weight))
+        longest = max(float(np.abs(job.shift).max()), 1.0)
+        places.append(Place(less, local.w + job.shift / longest))
+    return descended(program, simulated(program, places), MOST_AGAIN)

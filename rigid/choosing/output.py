@@ -4,10 +4,8 @@ import csv
 import io
 from typing import Any
 
-import numpy as np
-
 from rigid.choosing.comparing import CANNOT_TELL, Comparison, Standing
-from rigid.choosing.together import step_within
+from rigid.choosing.stepping import promised
 from rigid.choosing.widths import AS_STATED
 from rigid.discovery.further import Proposal
 from rigid.discovery.judging import gap
@@ -73,7 +71,7 @@ def _law(one: Standing, found: Comparison) -> dict[str, Any]:
             )
         ],
         "gap": finite(gap(one.local)),
-        "short_of_top": finite(float(0.5 * step_within(one.local, np.inf) @ one.local.gradient)),
+        "short_of_top": finite(promised(one.local)),
         "parameters": {label: interval(one.local, label) for label in own_labels(one)},
     }
 

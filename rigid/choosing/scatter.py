@@ -42,25 +42,27 @@ def scattered(
     """
     rng = np.random.default_rng(seed)
     bend = np.maximum(true.terms.bend, 0.0)
-    judges = {
-        name: _Judge(one, amplitudes, true, parts) for name, (one, amplitudes) in fits.items()
-    }
+    judges = {name: Judge(one, amplitudes, true, parts) for name, (one, amplitudes) in fits.items()}
     found: dict[str, list[Scattered]] = {name: [] for name in fits}
     for _ in range(CAMPAIGNS // AT_ONCE):
-        noise = np.sqrt(bend) * rng.standard_normal((AT_ONCE, len(bend)))
+        scores = np.sqrt(bend) * rng.standard_normal((AT_ONCE, len(bend)))
         for name, judge in judges.items():
-            found[name].append(judge(noise))
+            found[name].append(judge(scores))
     return {
         name: Scattered(*(np.concatenate(column) for column in zip(*rows, strict=True)))
         for name, rows in found.items()
     }
 
 
-class _Judge:
+class Judge:
     """One law on campaigns of another.
 
     A sample's log-likelihood is -b (e + m)^2/2 with noise e and the law's miss m; b e^2 is common
-    to all laws and left out.
+    to all laws and left out. b e is the sample's score at the true reading, and that is how noise
+    is given: of a real campaign, rounded by a converter, it can be had exactly.
+
+    - `local`: the law's fit, `amplitudes` the laws of its amplitudes. - `true`: the fit of the law
+      that makes the campaigns. - `parts`: as in `scattered`.
     """
 
     def __init__(
@@ -85,10 +87,10 @@ class _Judge:
         design = self._design[rows]
         return self._shape.without(design.T @ (design * bend[rows, None]))
 
-    def __call__(self, noise: np.ndarray) -> Scattered:
-        """Judge campaigns; `noise` (campaigns, n): b e."""
-        pull = np.stack([noise[:, r] @ self._design[r] for r in self._rows], axis=1) + self._pull
-        value = self._value - np.stack([noise[:, r] @ self._miss[r] for r in self._rows], axis=1)
+    def __call__(self, scores: np.ndarray) -> Scattered:
+        """Judge campaigns; `scores` (campaigns, n): of their samples at the true readings."""
+        pull = np.stack([scores[:, r] @ self._design[r] for r in self._rows], axis=1) + self._pull
+        value = self._value - np.stack([scores[:, r] @ self._miss[r] for r in self._rows], axis=1)
         all_pull, all_value = pull.sum(axis=1), value.sum(axis=1)
         evidence = self._shape.integral(all_pull, all_value)
         rest = [

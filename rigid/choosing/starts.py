@@ -34,7 +34,7 @@ def prior_starts(like: Local, count: int, seed: int) -> list[Place]:
     """
     drawn = np.random.default_rng(seed).standard_normal((count, len(like.w)))
     drawn[0], drawn[:, len(like.hypothesis.parameters) :] = 0.0, 0.0
-    return [Place(like, w, False) for w in drawn]
+    return [Place(like, w) for w in drawn]
 
 
 class Job(NamedTuple):
@@ -64,7 +64,7 @@ def constant_starts(memory: Local, law: Law) -> list[Place]:
     for share in CARRIED:
         begun = w.copy()
         begun[at] = standard_of(new.parameters[at].law, values["mu"] + share * branches)
-        out.append(Place(dataclasses.replace(memory, hypothesis=new, w=begun), begun, False))
+        out.append(Place(dataclasses.replace(memory, hypothesis=new, w=begun), begun))
     return out
 
 
@@ -105,7 +105,6 @@ def dry_starts(
         place = Place(
             dataclasses.replace(base, hypothesis=hypothesis),
             widened(moved, sensors, numbers.values()),
-            True,
         )
         prior = 0.5 * sum(z * z for z in numbers.values())
         places[job.law.name].append((share * slope - 0.5 * share**2 * bend - prior, place))

@@ -2,10 +2,13 @@
 
 import dataclasses
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
+from rigid.choosing.stepping import model_of, moved_within, promised
 from rigid.discovery.families import Family, sweep
+from rigid.discovery.hypothesis import Hypothesis
 from rigid.discovery.local import (
     LONGEST,
     Local,
@@ -20,41 +23,50 @@ MOST_TURNS = 25
 CLOSE = 0.2
 """Done when a step promises less than this in log-posterior: the integral goes on from there to the
 top of the parabola."""
-SHORTER = 0.3
-"""A step that makes it worse is tried again within this share of its length."""
+SHORTER, POOR = 0.3, 0.25
+"""After a step that brings less than the second share of what it promised, the next has at most the
+first share of its length; so has each further step that is tried in the same turn."""
+MOST_TRIES = 4
+"""Steps of one law that are tried in one turn, where lanes are free."""
 SHORTEST = 0.003
 """Length, in prior sds, below which no more steps are tried."""
 
 
-@dataclasses.dataclass(frozen=True)
-class Place:
-    """Where a law is to be simulated.
+class Program(NamedTuple):
+    """A compiled program, and where slopes come from.
 
-    - `like`: its fit somewhere else. - `w`: of here. - `known`: whether the slopes by all but the
-      added effects' numbers are kept from there.
+    - `family`: simulates laws. - `plain`: the program of the model without what the laws add, whose
+      turns cost next to nothing: slopes by all numbers but the added effects' are taken from it, at
+      the same values of these numbers. None: all slopes are those of `family`.
     """
 
-    like: Local
-    w: np.ndarray
-    known: bool
+    family: Family
+    plain: Family | None = None
 
-    @property
-    def lanes(self) -> list[int]:
-        """Entries of w by which slopes are asked for."""
-        total = len(self.like.hypothesis.parameters)
-        first = total - added_size(self.like.hypothesis) if self.known else 0
+    def lanes(self, hypothesis: Hypothesis) -> list[int]:
+        """Entries of w by which `family` gives slopes."""
+        total = len(hypothesis.parameters)
+        first = 0 if self.plain is None else total - added_size(hypothesis)
         return list(range(first, total)) or [0]
 
 
-def simulated(family: Family, places: Sequence[Place]) -> list[Local]:
+class Place(NamedTuple):
+    """Where a law is to be simulated: its fit somewhere else, and w (size,) of here."""
+
+    like: Local
+    w: np.ndarray
+
+
+def simulated(program: Program, places: Sequence[Place]) -> list[Local]:
     """Expand several laws in one sweep of a program that holds them all."""
+    family = program.family
     values: dict[str, list[float]] = {}
     tangents: dict[str, list[float]] = {}
     for place in places:
         hypothesis = place.like.hypothesis
         here = hypothesis.values(place.w)
         every = dict(family.quiet) | hypothesis.constants() | {k: v for k, (v, _) in here.items()}
-        for number in place.lanes:
+        for number in program.lanes(hypothesis):
             label = hypothesis.labels[number]
             for key, value in every.items():
                 values.setdefault(key, []).append(value)
@@ -66,67 +78,90 @@ def simulated(family: Family, places: Sequence[Place]) -> list[Local]:
         {k: np.array(v) for k, v in tangents.items()},
     )
     reading, slopes = split_swept(layout, swept)
-    out, at = [], 0
-    for place in places:
-        count, like = len(place.lanes), place.like
-        known = like.design if place.known else None
-        moved = slopes[:, at : at + count]
-        kept = len(like.hypothesis.parameters) if known is None else added_size(like.hypothesis)
+    out, at, known = [], 0, _plain_slopes(program, places)
+    for place, design in zip(places, known, strict=True):
+        like = place.like
+        count = len(program.lanes(like.hypothesis))
+        kept = len(like.hypothesis.parameters) if design is None else added_size(like.hypothesis)
+        here = (reading[:, at], slopes[:, at : at + count][:, :kept])
         where = family, like.layout
-        here = (reading[:, at], moved[:, :kept])
-        out.append(laid(like.hypothesis, where, (place.w, like.z_noise), here, known))
+        out.append(laid(like.hypothesis, where, (place.w, like.z_noise), here, design))
         at += count
     return out
 
 
-def led(
-    family: Family, found: Sequence[Local], known: bool, turns: int = MOST_TURNS
-) -> list[Local]:
+def _plain_slopes(program: Program, places: Sequence[Place]) -> list[np.ndarray | None]:
+    """Slopes of each law's readings by what it has from the model without it, at its own place."""
+    if program.plain is None:
+        return [None] * len(places)
+    bare = []
+    for place in places:
+        full = place.like.hypothesis
+        inside = {p.label for p in full.problem.parameters.sampled}
+        held = {k: v for k, v in full.held.items() if k in inside}
+        total, base = len(full.parameters), len(full.parameters) - added_size(full)
+        like = dataclasses.replace(
+            place.like, hypothesis=dataclasses.replace(full, added=(), held=held)
+        )
+        bare.append(Place(like, np.concatenate([place.w[:base], place.w[total:]])))
+    return [one.design for one in simulated(Program(program.plain), bare)]
+
+
+def led(program: Program, found: Sequence[Local], turns: int = MOST_TURNS) -> list[Local]:
     """Lead laws to their optima and their noise levels to theirs.
 
-    - `known`: keep the slopes by all but the added effects' numbers. - `turns`: of the program, at
-      most, before the noise levels move; half as many after.
+    - `turns`: of the program, at most, before the noise levels move; half as many after.
     """
-    out = [with_noise(one, fitted_noise(one)) for one in descended(family, found, known, turns)]
-    return descended(family, out, known, turns // 2)
+    return settled(program, descended(program, found, turns), turns // 2)
 
 
-def step_within(local: Local, radius: float) -> np.ndarray:
-    """Step to the top of the parabola around a fit (size,), no entry of it above `radius`.
+def settled(program: Program, found: Sequence[Local], turns: int) -> list[Local]:
+    """Lead noise levels to their optima, then laws to theirs."""
+    return descended(program, [with_noise(one, fitted_noise(one)) for one in found], turns)
 
-    Where the top is further, curvature is added, the same in all directions of w, until it is not:
-    Levenberg 1944, Q. Appl. Math. 2; the units are prior sds.
+
+def descended(program: Program, found: Sequence[Local], turns: int = MOST_TURNS) -> list[Local]:
+    """Lead laws uphill, noise levels held, for so many turns of the program at most.
+
+    A fit is done when its model, however far its top, promises less than CLOSE: a step that is
+    short because longer ones have failed promises little wherever the top is.
     """
-    values, axes = np.linalg.eigh(local.information)
-    along = axes.T @ local.gradient
-
-    def step(more: float) -> np.ndarray:
-        return axes @ (along / (values + more))
-
-    more = 0.0
-    while np.abs(step(more)).max() > radius:
-        more = max(3.0 * more, 1e-12 * float(values[-1]))
-    return step(more)
-
-
-def descended(
-    family: Family, found: Sequence[Local], known: bool, turns: int = MOST_TURNS
-) -> list[Local]:
-    """Lead laws uphill, noise levels held, for so many turns of the program at most."""
     out, radius = list(found), [LONGEST] * len(found)
     open_ = set(range(len(out)))
     for _ in range(turns):
-        steps = {i: step_within(out[i], radius[i]) for i in open_}
-        open_ = {i for i in open_ if 0.5 * steps[i] @ out[i].gradient > CLOSE}
+        open_ = {i for i in open_ if promised(out[i]) > CLOSE}
         if not open_:
             break
         order = sorted(open_)
-        tried = simulated(family, [Place(out[i], out[i].w + steps[i], known) for i in order])
-        for i, one in zip(order, tried, strict=True):
-            if np.isfinite(one.value) and one.value > out[i].value:
-                out[i], radius[i] = one, min(2.0 * radius[i], LONGEST)
-            else:
-                radius[i] = SHORTER * min(radius[i], float(np.abs(steps[i]).max()))
-                if radius[i] < SHORTEST:
-                    open_.discard(i)
+        needed = sum(len(program.lanes(out[i].hypothesis)) for i in order)
+        tries = min(MOST_TRIES, max(1, program.family.lanes // needed))
+        steps = {i: _steps(out[i], radius[i], tries) for i in order}
+        places = [Place(out[i], out[i].w + step) for i in order for step, _ in steps[i]]
+        tried = iter(simulated(program, places))
+        for i in order:
+            out[i], radius[i] = _best(out[i], [(*pair, next(tried)) for pair in steps[i]])
+            if radius[i] < SHORTEST:
+                open_.discard(i)
     return out
+
+
+def _steps(local: Local, radius: float, tries: int) -> list[tuple[np.ndarray, float]]:
+    """Steps of w, each SHORTER than the one before, and what they promise."""
+    model = model_of(local)
+    found = [moved_within(model, radius)]
+    for _ in range(tries - 1):
+        found.append(moved_within(model, SHORTER * float(np.abs(found[-1][0]).max())))
+    return found
+
+
+def _best(local: Local, tried: Sequence[tuple[np.ndarray, float, Local]]) -> tuple[Local, float]:
+    """The highest of a fit and what came of its steps, and how far the next may go."""
+    lengths = [float(np.abs(step).max()) for step, _, _ in tried]
+    heights = [one.value if np.isfinite(one.value) else -np.inf for _, _, one in tried]
+    best = int(np.argmax(heights))
+    _, gain, one = tried[best]
+    if heights[best] <= local.value:
+        return local, SHORTER * lengths[-1]
+    if heights[best] - local.value < POOR * gain:
+        return one, SHORTER * lengths[best]
+    return one, min(2.0 * lengths[best], LONGEST) if best else LONGEST
