@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rigid.choosing.laws import BRISTLES, DRY, MEMORY, VISCOUS, Law
-from rigid.choosing.starts import constant_starts, dry_starts, prior_starts
+from rigid.choosing.starts import constant_starts, dry_starts, memory_starts, prior_starts
 from rigid.choosing.together import (
     MOST_TURNS,
     Place,
@@ -108,11 +108,17 @@ def fit_laws(
 def _viscous(
     program: Program, hypothesis: Hypothesis, layout: Layout, constant: Law, seed: int
 ) -> dict[str, Local]:
-    """Fits with memory, and without."""
+    """Fits with memory, and without; with memory once more from the fit without.
+
+    A law that contains another is never the worse for it: where its own starts have led nowhere,
+    that of the other does.
+    """
     none = np.zeros(hypothesis.size), np.zeros(int(is_noise(hypothesis.problem).sum()))
     like = expand(hypothesis, (program.family, layout), *none)
     memory = _best(program, prior_starts(like, STARTS, seed))
-    return {VISCOUS: _best(program, constant_starts(memory, constant)), MEMORY: memory}
+    still = _best(program, constant_starts(memory, constant))
+    again = _best(program, memory_starts(still, memory))
+    return {VISCOUS: still, MEMORY: max(memory, again, key=lambda one: one.value)}
 
 
 def _best(program: Program, places: Sequence[Place]) -> Local:

@@ -23,6 +23,8 @@ LEVELS = (-2.5, 0.0)
 """Quantiles of an amplitude's prior at which records are simulated; else it is in proportion."""
 SHAPES = {0: 1, 2: 2, 4: 3}
 """Settings of the rest of a law's numbers, by how many there are."""
+SLIGHT = -2.5
+"""Quantile of the branches' priors at which memory begins beside a fit without."""
 CARRIED = (0.0, 0.5, 1.0)
 """Shares of the branches' friction that a constant coefficient may have to carry, tried in turn."""
 
@@ -35,6 +37,24 @@ def prior_starts(like: Local, count: int, seed: int) -> list[Place]:
     drawn = np.random.default_rng(seed).standard_normal((count, len(like.w)))
     drawn[0], drawn[:, len(like.hypothesis.parameters) :] = 0.0, 0.0
     return [Place(like, w) for w in drawn]
+
+
+def memory_starts(constant: Local, like: Local) -> list[Place]:
+    """Places at which the law with memory may begin, after a fit without.
+
+    - `like`: the law with memory anywhere. Branches are as small as SLIGHT says, what they carry is
+      taken off the constant coefficient.
+    """
+    new, old = like.hypothesis, constant.hypothesis
+    known = dict(zip(old.labels, constant.w[: len(old.labels)], strict=True))
+    own = np.array([known.get(label, 0.0) for label in new.labels])
+    branches = [i for i, label in enumerate(new.labels) if label.startswith("mu_branch")]
+    own[branches] = SLIGHT
+    carried = sum(float(new.parameters[i].law.from_standard(SLIGHT)) for i in branches)
+    at, (mu, _) = new.labels.index("mu"), old.values(constant.w)["mu"]
+    own[at] = standard_of(new.parameters[at].law, max(mu - carried, 0.5 * mu))
+    w = np.concatenate([own, constant.w[len(old.labels) :]])
+    return [Place(dataclasses.replace(like, z_noise=constant.z_noise), w)]
 
 
 class Job(NamedTuple):

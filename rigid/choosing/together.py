@@ -57,6 +57,50 @@ class Place(NamedTuple):
     w: np.ndarray
 
 
+class Climb(NamedTuple):
+    """How far a fit has come.
+
+    - `best`: the highest so far. - `here`: where the next step begins. - `radius`: its length.
+
+    Records of a thousand noise sds bend every valley: a step along it ends beside it, lower, but
+    with slopes by which the next one may end further up than where both began. So from a place
+    that is lower, but promises more, one further step is taken before it is given up (the watchdog
+    of Chamberlain, Powell, Lemarechal and Pedersen 1982, Math. Program. Study 16).
+    """
+
+    best: Local
+    here: Local
+    radius: float
+
+    @property
+    def open(self) -> bool:
+        """Whether there is more to come.
+
+        It is the model's top, however far, that tells: a step that is short because longer ones
+        have failed promises little wherever the top is.
+        """
+        if self.here is not self.best:
+            return True
+        return self.radius >= SHORTEST and promised(self.best) > CLOSE
+
+    def after(self, tried: Sequence[tuple[np.ndarray, float, Local]]) -> "Climb":
+        """Where it goes on after steps, what they promised, and what came of them."""
+        lengths = [float(np.abs(step).max()) for step, _, _ in tried]
+        heights = [one.value if np.isfinite(one.value) else -np.inf for _, _, one in tried]
+        top = int(np.argmax(heights))
+        _, gain, one = tried[top]
+        straight = self.here is self.best
+        if heights[top] > self.best.value:
+            poor = heights[top] - self.here.value < POOR * gain
+            longer = SHORTER * lengths[top] if poor else min(2.0 * lengths[top], LONGEST)
+            return Climb(one, one, max(longer, self.radius) if not straight else longer)
+        if straight and np.isfinite(heights[0]):
+            first = tried[0][2]
+            if first.value + promised(first) > self.best.value + CLOSE:
+                return Climb(self.best, first, lengths[0])
+        return Climb(self.best, self.best, SHORTER * (lengths[-1] if straight else self.radius))
+
+
 def simulated(program: Program, places: Sequence[Place]) -> list[Local]:
     """Expand several laws in one sweep of a program that holds them all."""
     family = program.family
@@ -121,28 +165,22 @@ def settled(program: Program, found: Sequence[Local], turns: int) -> list[Local]
 
 
 def descended(program: Program, found: Sequence[Local], turns: int = MOST_TURNS) -> list[Local]:
-    """Lead laws uphill, noise levels held, for so many turns of the program at most.
-
-    A fit is done when its model, however far its top, promises less than CLOSE: a step that is
-    short because longer ones have failed promises little wherever the top is.
-    """
-    out, radius = list(found), [LONGEST] * len(found)
-    open_ = set(range(len(out)))
+    """Lead laws uphill, noise levels held, for so many turns of the program at most."""
+    climbs = [Climb(one, one, LONGEST) for one in found]
     for _ in range(turns):
-        open_ = {i for i in open_ if promised(out[i]) > CLOSE}
+        open_ = [i for i, climb in enumerate(climbs) if climb.open]
         if not open_:
             break
-        order = sorted(open_)
-        needed = sum(len(program.lanes(out[i].hypothesis)) for i in order)
+        needed = sum(len(program.lanes(climbs[i].here.hypothesis)) for i in open_)
         tries = min(MOST_TRIES, max(1, program.family.lanes // needed))
-        steps = {i: _steps(out[i], radius[i], tries) for i in order}
-        places = [Place(out[i], out[i].w + step) for i in order for step, _ in steps[i]]
+        steps = {i: _steps(climbs[i].here, climbs[i].radius, tries) for i in open_}
+        places = [
+            Place(climbs[i].here, climbs[i].here.w + step) for i in open_ for step, _ in steps[i]
+        ]
         tried = iter(simulated(program, places))
-        for i in order:
-            out[i], radius[i] = _best(out[i], [(*pair, next(tried)) for pair in steps[i]])
-            if radius[i] < SHORTEST:
-                open_.discard(i)
-    return out
+        for i in open_:
+            climbs[i] = climbs[i].after([(*pair, next(tried)) for pair in steps[i]])
+    return [climb.best for climb in climbs]
 
 
 def _steps(local: Local, radius: float, tries: int) -> list[tuple[np.ndarray, float]]:
@@ -152,16 +190,3 @@ def _steps(local: Local, radius: float, tries: int) -> list[tuple[np.ndarray, fl
     for _ in range(tries - 1):
         found.append(moved_within(model, SHORTER * float(np.abs(found[-1][0]).max())))
     return found
-
-
-def _best(local: Local, tried: Sequence[tuple[np.ndarray, float, Local]]) -> tuple[Local, float]:
-    """The highest of a fit and what came of its steps, and how far the next may go."""
-    lengths = [float(np.abs(step).max()) for step, _, _ in tried]
-    heights = [one.value if np.isfinite(one.value) else -np.inf for _, _, one in tried]
-    best = int(np.argmax(heights))
-    _, gain, one = tried[best]
-    if heights[best] <= local.value:
-        return local, SHORTER * lengths[-1]
-    if heights[best] - local.value < POOR * gain:
-        return one, SHORTER * lengths[best]
-    return one, min(2.0 * lengths[best], LONGEST) if best else LONGEST

@@ -258,7 +258,7 @@ def _rows(rows: Sequence[Row]) -> str:
     for row in sorted(rows, key=lambda r: r["seed"]):
         strengths = row.get("strengths", {})
         told = [_answer(row, settings) for settings in ("three", "one")]
-        seconds = sum(a.get("seconds", 0.0) for a in row["answers"].values())
+        seconds = sum(a.get("processor_s", 0.0) for a in row["answers"].values())
         lines.append(
             f"| {row['seed']} | {WORDS[truth_of(row)]} | {strengths.get('three', 0.0):.1f} | "
             f"{strengths.get('one', 0.0):.1f} | {told[0]} | {told[1]} | {seconds:.0f} |"
