@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from rigs import MEMORY, SHEETS, converted, drive, effects, parameters, track
+from scipy.linalg import cho_factor
 from scipy.optimize import minimize
 from scipy.special import logsumexp
 
@@ -43,7 +44,7 @@ from rigid.choosing.output import as_csv, as_dict
 from rigid.choosing.present import content, table
 from rigid.choosing.scatter import CAMPAIGNS, Judge, Scattered, scattered
 from rigid.choosing.starts import prior_starts
-from rigid.choosing.stepping import Model, moved_within, promised
+from rigid.choosing.stepping import Model, moved_within, promised, solved
 from rigid.choosing.together import CLOSE, Place, Program, descended, led, simulated
 from rigid.choosing.widths import AS_STATED, VARIANTS, sized, spread
 from rigid.cli import Options
@@ -332,6 +333,18 @@ def test_the_top_of_the_model_is_its_top():
     step, gain = moved_within(model, 0.05)
     assert np.abs(step).max() <= 0.05
     assert 0.0 < gain < found - model.value(np.zeros(3))
+
+
+def test_a_step_is_found_where_rounding_leaves_nothing_of_the_prior():
+    """Two numbers whose sum is known to 1e-9: Cholesky's method alone fails there."""
+    rng = np.random.default_rng(0)
+    columns = 1e8 * rng.standard_normal((60, 30))
+    columns[:, 3] = columns[:, 4]
+    matrix = columns.T @ columns + np.diag(np.full(30, 1e-3))
+    right = matrix @ np.ones(30)
+    np.testing.assert_allclose(matrix @ solved(matrix, right), right, rtol=1e-8)
+    with pytest.raises(np.linalg.LinAlgError):
+        cho_factor(matrix)
 
 
 def test_left_out_records_are_predicted_as_a_fit_without_them_says(plain):

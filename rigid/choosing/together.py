@@ -60,7 +60,8 @@ class Place(NamedTuple):
 class Climb(NamedTuple):
     """How far a fit has come.
 
-    - `best`: the highest so far. - `here`: where the next step begins. - `radius`: its length.
+    - `best`: the highest so far. - `here`: where the next step begins. - `radius`: how far a step
+      from the highest may go.
 
     Records of a thousand noise sds bend every valley: a step along it ends beside it, lower, but
     with slopes by which the next one may end further up than where both began. So from a place
@@ -83,6 +84,11 @@ class Climb(NamedTuple):
             return True
         return self.radius >= SHORTEST and promised(self.best) > CLOSE
 
+    @property
+    def reach(self) -> float:
+        """How far the next step may go."""
+        return self.radius if self.here is self.best else LONGEST
+
     def after(self, tried: Sequence[tuple[np.ndarray, float, Local]]) -> "Climb":
         """Where it goes on after steps, what they promised, and what came of them."""
         lengths = [float(np.abs(step).max()) for step, _, _ in tried]
@@ -97,7 +103,7 @@ class Climb(NamedTuple):
         if straight and np.isfinite(heights[0]):
             first = tried[0][2]
             if first.value + promised(first) > self.best.value + CLOSE:
-                return Climb(self.best, first, lengths[0])
+                return Climb(self.best, first, lengths[-1])
         return Climb(self.best, self.best, SHORTER * (lengths[-1] if straight else self.radius))
 
 
@@ -173,7 +179,7 @@ def descended(program: Program, found: Sequence[Local], turns: int = MOST_TURNS)
             break
         needed = sum(len(program.lanes(climbs[i].here.hypothesis)) for i in open_)
         tries = min(MOST_TRIES, max(1, program.family.lanes // needed))
-        steps = {i: _steps(climbs[i].here, climbs[i].radius, tries) for i in open_}
+        steps = {i: _steps(climbs[i].here, climbs[i].reach, tries) for i in open_}
         places = [
             Place(climbs[i].here, climbs[i].here.w + step) for i in open_ for step, _ in steps[i]
         ]
