@@ -26,13 +26,21 @@ Bounds are one-sided, 95 %, after Clopper and Pearson. All of it is simulated.
 
 `python tests/studies/laws.py --size {size}`, code of {commits}, 2026-11-21: {done} of {planned}
 campaigns.
+
+Laws not reached: {missing}. Fewer than ten campaigns, examples and no more: {few}.
 """
+FEW = 10
+"""Campaigns of a law below which the page calls them few."""
 
 
 def page(rows: Sequence[Row], lookalikes: Mapping, planned: int, size: str) -> str:
     """Write the page; a section without a campaign yet says so."""
     commits = ", ".join(sorted({row["commit"] for row in rows})) or "no commit"
-    head = HEAD.format(size=size, commits=commits, done=len(rows), planned=planned)
+    counts = {law: sum(truth_of(row) == law for row in rows) for law in NAMES}
+    few = ", ".join(WORDS[law] for law, n in counts.items() if 0 < n < FEW) or "none"
+    missing = ", ".join(WORDS[law] for law, n in counts.items() if n == 0) or "none"
+    told = {"few": few, "missing": missing, "done": len(rows), "planned": planned}
+    head = HEAD.format(size=size, commits=commits, **told)
     three, one = ([r for r in rows if s in r["answers"]] for s in ("three", "one"))
     sections = [
         _bars(three, lookalikes),

@@ -118,6 +118,7 @@ def test_the_page_counts_what_it_says():
     assert "| its probability below 5 % | 1 of 11 | 9 % |" in text
     assert "| hidden: `cannot-tell` | 1 of 1 | 100 % |" in text
     assert "11 of 24" in text
+    assert "Laws not reached: constant viscous, Coulomb, Stribeck, LuGre." in text
     assert page([], COSINES, 24, "small")  # nothing yet
 
 
