@@ -13,7 +13,7 @@ from scipy.optimize import minimize
 from scipy.special import logsumexp
 
 from rigid import laws as command
-from rigid.choosing import stepping
+from rigid.choosing import leaving, stepping
 from rigid.choosing.comparing import (
     CANNOT_TELL,
     LAW,
@@ -53,6 +53,7 @@ from rigid.discovery.hypothesis import Hypothesis
 from rigid.discovery.judging import units
 from rigid.discovery.local import Local, expand
 from rigid.discovery.samples import data_of, lay_out, terms
+from rigid.effects import CATALOGUE
 from rigid.generator import Conditions, campaign
 from rigid.generator.hidden.dry import PressureDependent
 from rigid.groups import SlowGroup
@@ -359,6 +360,46 @@ def test_left_out_records_are_predicted_as_a_fit_without_them_says(plain):
         again = expand(local.hypothesis, (family, less), local.w, local.z_noise)
         again = descended(Program(family), [again])[0]
         assert density == pytest.approx(evidence(local, {}) - evidence(again, {}), abs=0.1)
+
+
+def test_left_out_records_fitted_again_say_what_the_parabola_says(plain, monkeypatch):
+    """All laws and records side by side; of these records the parabola is right within 0.1."""
+    family, found = plain
+    judged = {name: (one, amplitude(one)) for name, one in found.items()}
+    parts = units(found[VISCOUS], None)
+    quick = left_out(None, judged, parts)
+    monkeypatch.setattr(leaving, "FAR", 0.0)
+    again = left_out(Program(family), judged, parts)
+    for name, one in again.items():
+        assert one.refitted.all()
+        assert not quick[name].refitted.any()
+        assert (one.density != quick[name].density).all()
+        np.testing.assert_allclose(one.density, quick[name].density, atol=0.1)
+
+
+def test_slopes_of_the_model_without_an_effect_serve_where_it_is_absent(plain):
+    """All slopes by one program against those by two, at an amplitude of nothing.
+
+    CONSTANT holds a number of the model that the problem knows, another than it knows it.
+    """
+    family, found = plain
+    constant = found[VISCOUS]
+    made, force = constant.layout.problem, CATALOGUE["constant-force"]
+    hypothesis = Hypothesis(made, (force,), held=CONSTANT.held)
+    count = len(constant.hypothesis.parameters)
+    w = np.insert(constant.w, count, 0.0)
+    place = Place(dataclasses.replace(constant, hypothesis=hypothesis), w)
+    wide = families(made, (force,), together=True)[0]
+    (whole,), (parted,) = (simulated(p, [place]) for p in (Program(wide), Program(wide, family)))
+    assert hypothesis.labels[count] == "F_constant"
+    assert whole.value == pytest.approx(constant.value, abs=1e-6)
+    assert parted.value == whole.value
+    size = np.abs(whole.design).max(axis=0)
+    assert size[count] > 0.0
+    np.testing.assert_allclose(
+        parted.design / size, whole.design / size, atol=1e-6
+    )  # a column each, in units of its largest entry
+    assert Program(wide, family).lanes(hypothesis) == [count]
 
 
 def rounded(local: Local, rng: np.random.Generator) -> np.ndarray:

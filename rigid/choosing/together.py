@@ -147,7 +147,8 @@ def _plain_slopes(program: Program, places: Sequence[Place]) -> list[np.ndarray 
     bare = []
     for place in places:
         full = place.like.hypothesis
-        inside = {p.label for p in full.problem.parameters.sampled}
+        listed = full.problem.parameters
+        inside = {p.label for p in (*listed.sampled, *listed.known)}
         held = {k: v for k, v in full.held.items() if k in inside}
         total, base = len(full.parameters), len(full.parameters) - added_size(full)
         like = dataclasses.replace(
