@@ -11,6 +11,7 @@ import numpy as np
 from tqdm import tqdm
 
 from rigid import __version__
+from rigid.adaptation import LEAST_WEIGHT, drawn, fitted
 from rigid.catalogue import marks
 from rigid.checkpoint import Checkpoint
 from rigid.cli import Options, say
@@ -23,7 +24,7 @@ from rigid.proposal import MixtureProposal, Mode, ModeWeights, mode_weights
 from rigid.records.record import Record
 from rigid.sample import Draws, Settings, Status, sample
 from rigid.search import Found, Optimum, search
-from rigid.searched import load, save
+from rigid.searched import Searched, load, save
 from rigid.spec import Spec
 
 KEPT_STEPS = 20
@@ -36,16 +37,13 @@ PREDICTED = 128
 """Draws from which predictions beside the data are made."""
 
 MODE_DRAWS = 2048
-LEAST_WEIGHT = 1e-3
-"""Of a mode in the proposal, so that none found is never proposed; not in the result."""
-
 UNRELIABLE = 0.7
 """Pareto shape of importance weights from which on the laws around the best fits do not cover the
 posterior: where a model misses something. Source: Vehtari et al. (2024), section 3."""
 
-DOF = 8.0
-"""Of the Student laws laid over the modes: heavier tails than a Gaussian, so that no region is
-proposed too rarely."""
+FIRST_DOF, DOF = 8.0, 16.0
+"""Of the Student laws around the best fits, whose widths are not known well, and of those fitted to
+the posterior: heavier tails than a Gaussian, so that no region is proposed too rarely."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -114,44 +112,37 @@ def calibrate(
     known = load(folder, mark, problem) if options.resume else None
     if known is None:
         known = _searched(spec, problem, seed, options)
-        save(folder, mark, *known)
-    found, weights = known
+        save(folder, mark, known)
+    found, law, weights = known
     with Checkpoint(folder, mark, options.resume) as checkpoint:
-        draws = _sampled(spec, found, laid_over(found, weights), (seed, options), checkpoint)
+        draws = _sampled(spec, found, law, (seed, options), checkpoint)
     return _told(found, weights, draws, records, (seed, compile_s))
 
 
-def _searched(
-    spec: Spec, problem: Problem, seed: int, options: Options
-) -> tuple[Found, ModeWeights]:
+def _searched(spec: Spec, problem: Problem, seed: int, options: Options) -> Searched:
     """Search and weigh the modes, with a progress bar."""
     with tqdm(total=spec.sampler.starts, disable=options.quiet, desc="starts") as bar:
         found = search(problem, spec.sampler.starts, seed, lambda done: _advance(bar, done))
-    weights = weigh(found, np.random.default_rng([seed, 1]))
+    law, weights = propose(found, np.random.default_rng([seed, 1]))
     if weights.pareto_k < UNRELIABLE:
-        return found, weights
+        return Searched(found, law, weights)
     say(options, "the laws around the best fits do not fit: taken from differences instead")
     found = sharpened(found)
-    return found, weigh(found, np.random.default_rng([seed, 1]))
-
-
-def weigh(found: Found, rng: np.random.Generator) -> ModeWeights:
-    """Weigh the modes by importance sampling."""
-    modes = tuple(mode_of(o) for o in found.optima)
-    return mode_weights(lambda z: log_density(found.problem, z), modes, rng, MODE_DRAWS, DOF)
+    return Searched(found, *propose(found, np.random.default_rng([seed, 1])))
 
 
 def propose(found: Found, rng: np.random.Generator) -> tuple[MixtureProposal, ModeWeights]:
-    """Return the mixture over the modes of a search, and their weights."""
-    weights = weigh(found, rng)
-    return laid_over(found, weights), weights
+    """Return a mixture of laws fitted to the posterior around the modes, and their weights."""
 
+    def density(z: np.ndarray) -> np.ndarray:
+        return log_density(found.problem, z)
 
-def laid_over(found: Found, weights: ModeWeights) -> MixtureProposal:
-    """Lay a mixture over the modes; none has so small a weight that it is never proposed."""
-    floored = np.maximum(weights.weights, LEAST_WEIGHT)
     modes = tuple(mode_of(o) for o in found.optima)
-    return MixtureProposal(modes, floored / floored.sum(), DOF)
+    first = MixtureProposal(modes, np.ones(len(modes)), FIRST_DOF)
+    law = fitted(first, drawn(density, first, rng, MODE_DRAWS * len(modes)), DOF)
+    weights = mode_weights(density, law.modes, rng, MODE_DRAWS, DOF)
+    floored = np.maximum(weights.weights, LEAST_WEIGHT)
+    return MixtureProposal(law.modes, floored / floored.sum(), DOF), weights
 
 
 def _advance(bar: tqdm, done: int) -> None:

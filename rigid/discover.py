@@ -10,6 +10,8 @@ if TYPE_CHECKING:
     from rigid.discovery.workflow import Outcome
     from rigid.effects import AbstractEffect
     from rigid.problem import Problem
+    from rigid.records.record import Record
+    from rigid.shelf import Arrays
     from rigid.spec import Spec
 
 SAYS = "Find where model and data disagree, name the missing effect, add it, show the gap shrink."
@@ -18,12 +20,17 @@ STARTS = 4
 
 
 class Question(NamedTuple):
-    """What is asked of a spec: its problem, what could be missing, and notes of its records."""
+    """What is asked of a spec: its records, its problem, and what could be missing."""
 
     spec: "Spec"
+    records: "tuple[Record, ...]"
     problem: "Problem"
     effects: "tuple[type[AbstractEffect], ...]"
-    notes: tuple[str, ...]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the readers had to say of the records."""
+        return tuple(f"{r.name},{r.cylinder}: {note}" for r in self.records for note in r.notes)
 
 
 def discover(options: Options) -> int:
@@ -52,19 +59,35 @@ def question(spec: "Spec") -> Question:
 
     records = read_records(spec)
     problem = assemble(spec, records)
-    notes = tuple(f"{r.name},{r.cylinder}: {note}" for r in records for note in r.notes)
-    return Question(spec, problem, candidates(spec, problem), notes)
+    return Question(spec, records, problem, candidates(spec, problem))
 
 
 def answer(asked: Question, options: Options) -> "Outcome":
     """Search the best fit of the model as specified, and run the workflow from there."""
     from rigid.assemble import given_laws
+    from rigid.discovery.bench import KEPT
+    from rigid.discovery.workflow import Running
     from rigid.discovery.workflow import discover as work
+    from rigid.shelf import Shelf
 
-    seed = _seed(asked.spec, options)
-    best = _best(asked.spec, asked.problem, options, seed)
-    told = given_laws(asked.spec)
-    return work(asked.problem, best, asked.effects, told, seed, lambda text: say(options, text))
+    spec, seed = asked.spec, _seed(asked.spec, options)
+    shelf = Shelf(options.folder(spec.path), _mark(asked, seed), options.resume)
+    found = shelf.once("discovery-search", lambda: _best(spec, asked.problem, options, seed))
+    running = Running(seed, lambda text: say(options, text), shelf)
+    best = found["z"], found["standard"]
+    outcome = work(asked.problem, best, asked.effects, given_laws(spec), running)
+    shelf.clear(KEPT)  # tens of megabytes that only a run under way needs
+    return outcome
+
+
+def _mark(asked: Question, seed: int) -> dict[str, str]:
+    """What the search and the traces depend on."""
+    from rigid.calibrate import fingerprint
+    from rigid.catalogue import marks
+
+    listed = " ".join(effect.name for effect in asked.effects)
+    effects = (*asked.problem.effects, *asked.effects)
+    return fingerprint(asked.spec, asked.records, seed) | marks(effects) | {"candidates": listed}
 
 
 def _seed(spec: "Spec", options: Options) -> int:
@@ -92,7 +115,7 @@ def candidates(spec: "Spec", problem: "Problem") -> "tuple[type[AbstractEffect],
     )
 
 
-def _best(spec: "Spec", problem: "Problem", options: Options, seed: int) -> tuple:
+def _best(spec: "Spec", problem: "Problem", options: Options, seed: int) -> "Arrays":
     """Gaussian scale and standard sensors of the best fit, with a progress bar."""
     from tqdm import tqdm
 
@@ -100,7 +123,8 @@ def _best(spec: "Spec", problem: "Problem", options: Options, seed: int) -> tupl
 
     starts = min(spec.sampler.starts, STARTS)
     with tqdm(total=starts, disable=options.quiet, desc="starts") as bar:
-        return settled(problem, starts, seed, lambda done: _advance(bar, done))
+        z, standard = settled(problem, starts, seed, lambda done: _advance(bar, done))
+    return {"z": z, "standard": standard}
 
 
 def _advance(bar, done: int) -> None:

@@ -5,6 +5,7 @@ import os
 import platform
 import subprocess
 import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from rigid.calibrate import Calibrated
 from rigid.figures import channel_fit, corner, friction_curve, roots_shown, traces
 from rigid.outcome import values_of
 from rigid.parameters import Parameter
-from rigid.published import FRICTION, KAPPA, published
+from rigid.published import FRICTION, KAPPA, Published, published
 from rigid.report import content as page
 from rigid.results import friction_at, versions
 from rigid.spec import Spec
@@ -98,13 +99,7 @@ def _of_the_rig(done: Calibrated) -> tuple[page.KeyNumber, ...]:
         for p in sampled
         if p.base == "k_LC"
     ]
-    printed = {0.01: FRICTION[1:], 80.0: FRICTION[:1]}
-    for (label, values), at in zip(friction_at(done).items(), _cycled(done), strict=True):
-        name = "friction in steady running" if at < 1.0 else "friction at 80 Hz"
-        view = label[7:-1].partition(",")[2]
-        symbol = r"\mu(0)" if at < 1.0 else r"|\mu(80\,\mathrm{Hz})|"
-        known = tuple(page.Published(p.value, p.place) for _, p in printed[at])
-        out.append(_key(f"{name} ({view})" if view else name, symbol, "N s/m", values, known))
+    out += frictions(friction_at(done))
     reading = f"a valve setting of this record's own; the paper gives {PAPER_KAPPA}"
     out += [
         _key(f"flow fraction, {p.label[6:-1]}", r"\kappa", "-", done.values[p.label], (), reading)
@@ -114,9 +109,31 @@ def _of_the_rig(done: Calibrated) -> tuple[page.KeyNumber, ...]:
     return tuple(out)
 
 
-def _cycled(done: Calibrated) -> list[float]:
-    """Frequencies in the order of `friction_at`."""
-    return [f for _ in done.frictions for f in (0.01, 80.0)]
+def frictions(found: Mapping[str, np.ndarray]) -> list[page.KeyNumber]:
+    """Friction at both ends of what is on record; once where it is the same at all frequencies.
+
+    - `found`: draws of |mu| [N s/m] by label, of every view the slow one first, as `friction_at`
+      gives them.
+    """
+    listed, out = iter(found.items()), []
+    for (label, slow), (_, fast) in zip(listed, listed, strict=True):
+        view = label[7:-1].partition(",")[2]
+        said = f" ({view})" if view else ""
+        if np.allclose(slow, fast, rtol=1e-9, atol=0.0):
+            out.append(_friction(f"friction, whatever the frequency{said}", r"\mu", slow, FRICTION))
+            continue
+        steady, rapid = f"friction in steady running{said}", f"friction at 80 Hz{said}"
+        out.append(_friction(steady, r"\mu(0)", slow, FRICTION[1:]))
+        out.append(_friction(rapid, r"|\mu(80\,\mathrm{Hz})|", fast, FRICTION[:1]))
+    return out
+
+
+def _friction(
+    name: str, symbol: str, values: np.ndarray, printed: Sequence[tuple[float | None, Published]]
+) -> page.KeyNumber:
+    """One coefficient of friction beside the printed ones of its frequency."""
+    known = tuple(page.Published(p.value, p.place) for _, p in printed)
+    return _key(name, symbol, "N s/m", values, known)
 
 
 def parameter_rows(done: Calibrated, found: Result) -> tuple[page.ParameterRow, ...]:

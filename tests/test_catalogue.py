@@ -16,7 +16,7 @@ from rigs import BASE, NOMINAL, drive, rig_of
 from scipy.integrate import quad, solve_ivp
 
 from rigid.effects import CATALOGUE, AbstractEffect
-from rigid.effects.base import MOTION, PriorDescription
+from rigid.effects.base import MOTION, PriorDescription, State
 from rigid.rig import Surroundings
 from rigid.sensors import readings
 from rigid.solve import exponential, full, staggered
@@ -104,7 +104,7 @@ SIGNATURES = {
     "direction-dependent-viscosity": ({"mu_back": 5e4}, "free-run", LAST, {"pressure": -1}),
 }  # fmt: skip
 IN_MOTION = {  # what moves otherwise, with whether the check against the reference is quick
-    "return-spring": True,
+    "return-spring": False,
     "effective-area": True,
     "entrained-air": False,
     "pump-stage-switch": False,
@@ -339,6 +339,27 @@ def test_free_root_keeps_the_momentum():
 def test_release_follows_the_reference(name: str, values: dict):
     got, expected = released(NOMINAL | values, (*BASE, name))
     assert np.abs(got - expected).max() < 0.35 / 3  # a third of a sample's noise
+
+
+@pytest.mark.parametrize(
+    ("name", "shape"),
+    [
+        ("coulomb-friction", {}),
+        ("stribeck-friction", {"excess": 0.5, "speed": 2e-3}),
+        ("lugre-friction", {"excess": 0.5, "speed": 2e-3, "bending": 1e-4, "delay": 2e-3}),
+    ],
+)
+def test_dry_friction_is_in_proportion_to_its_force(name: str, shape: dict[str, float]):
+    """Discovery takes the trace of a force from its slope where there is none."""
+    still = {k: jnp.asarray(0.0) for k in ("x_cylinder", "x_plunger", "pressure", "column")}
+    state = State(**still, v_cylinder=jnp.asarray(0.0), v_plunger=jnp.asarray(1e-3))
+    given = {k: jnp.asarray(v) for k, v in shape.items()}
+
+    def acting(force: float) -> float:
+        effect = CATALOGUE[name](force=jnp.asarray(force), **given)
+        return float(effect(state, (jnp.asarray(0.4),)).between)
+
+    assert acting(500.0) == pytest.approx(500.0 * acting(1.0), rel=1e-12)
 
 
 def prior_text(prior: PriorDescription) -> str:

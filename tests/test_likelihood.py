@@ -95,7 +95,8 @@ def test_halves_of_the_weight_count_half():
     assert np.all(ratio < 2.0)  # the prior's share does not change
 
 
-@pytest.mark.parametrize("which", [pytest.param("frame", marks=pytest.mark.slow), "release"])
+@pytest.mark.slow
+@pytest.mark.parametrize("which", ["frame", "release"])
 def test_reverse_gradient_is_that_of_differences(which: str, request):
     problem = request.getfixturevalue(which)
     size = problem.parameters.size

@@ -8,7 +8,7 @@ import pytest
 from rigs import BASE, SHEETS, effects, parameters, problem, track
 
 from rigid import convergence
-from rigid.calibrate import DOF, mode_of, weigh
+from rigid.calibrate import DOF, mode_of, propose
 from rigid.groups import ReleaseGroup
 from rigid.priors import Fixed, LogUniform
 from rigid.problem import Problem, log_density, log_posterior
@@ -69,7 +69,7 @@ def test_the_record_has_two_modes(found: Found, grid):
 
 
 def test_weights_of_the_modes_are_those_of_the_grid(found: Found, release: Problem, grid):
-    weights = weigh(found, np.random.default_rng(0))
+    weights = propose(found, np.random.default_rng(0))[1]
     soft = stiffness(release, np.stack([o.z for o in found.optima])) < BETWEEN
     assert abs(weights.weights[soft].sum() - grid[0]) < 4 * weights.error.max()
     assert weights.error.max() < 0.02

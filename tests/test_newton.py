@@ -6,9 +6,9 @@ import pytest
 from rigs import frame_problem, release_problem
 
 from rigid.newton import descend, is_noise, joined, local, split
-from rigid.proposal import ModeWeights
+from rigid.proposal import MixtureProposal, Mode, ModeWeights
 from rigid.search import AGREE, search, settled
-from rigid.searched import load, save
+from rigid.searched import Searched, load, save
 
 TRUE = {"k_LC": 6e7, "mu": 2e4}
 WRONG = {"k_LC": 3.5e7, "mu": 4.7e5}
@@ -38,7 +38,7 @@ def begin(problem, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return joined(problem, z, sensors), np.zeros(int(is_noise(problem).sum()))
 
 
-@pytest.mark.parametrize("which", ["frame", "release"])
+@pytest.mark.parametrize("which", [pytest.param("frame", marks=pytest.mark.slow), "release"])
 def test_gradient_and_information_are_those_of_differences(which: str, release):
     problem = release if which == "release" else frame_problem()
     rng = np.random.default_rng(61)
@@ -145,10 +145,16 @@ def test_a_search_on_disk_is_read_back_whole_and_by_its_own_run_alone(release, t
     weights = ModeWeights(
         np.ones(len(found.optima)), np.zeros(len(found.optima)), -3.5, 0.4, 0.3, 2
     )
-    save(tmp_path, {"spec": "a"}, found, weights)
+    modes = tuple(
+        Mode(o.z, np.linalg.cholesky(o.covariance), o.log_posterior) for o in found.optima
+    )
+    law = MixtureProposal(modes, np.ones(len(modes)), 7.0)
+    save(tmp_path, {"spec": "a"}, Searched(found, law, weights))
     read = load(tmp_path, {"spec": "a"}, release)
     assert read is not None
-    again, its_weights = read
+    again, its_law, its_weights = read
+    z = found.optima[0].z[None]
+    np.testing.assert_array_equal(law.log_density(z), its_law.log_density(z))
     for old, new in zip(found.optima, again.optima, strict=True):
         np.testing.assert_array_equal(old.z, new.z)
         np.testing.assert_array_equal(old.covariance, new.covariance)

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from rigs import BASE, NOMINAL, SHEETS, converted, drive, effects, parameters, track
 
-from rigid.discovery import explain
+from rigid.discovery import bench, explain
 from rigid.discovery.candidates import candidates
-from rigid.discovery.evidence import Bundle, amplitudes, log_bayes, probabilities
+from rigid.discovery.evidence import Bundle, amplitudes, log_bayes
 from rigid.discovery.families import families, quiet_values, sweep
 from rigid.discovery.formula import simplest
 from rigid.discovery.hidden import HiddenDrag
@@ -20,13 +20,14 @@ from rigid.discovery.samples import lay_out
 from rigid.discovery.screening import Around, Screening, gram, screen
 from rigid.discovery.traces import lanes_of, traces
 from rigid.discovery.weights import facts, spikes
-from rigid.discovery.workflow import Outcome, discover
+from rigid.discovery.workflow import Outcome, Running, discover
 from rigid.effects import CATALOGUE
 from rigid.groups import SlowGroup
 from rigid.likelihood import make_pieces
 from rigid.priors import Lognormal, Normal
 from rigid.problem import Problem
 from rigid.rig import FREE, build_rig
+from rigid.shelf import Shelf
 from rigid.tracks import Series
 
 LISTED = ("piston-leakage", "hose-pressure-drop", "clock-offset", "load-cell-drift")
@@ -102,6 +103,19 @@ def test_a_planted_effect_comes_out_by_its_strength(listed):
     assert int(np.argmax(np.abs(found.strength))) == at
 
 
+def test_a_run_that_goes_on_reads_its_traces(tmp_path, monkeypatch):
+    """To the last bit, and without a simulation."""
+    local, programs = fitted(campaign(306))
+    made = bench.laid_out(local, programs, CHOICE, Shelf(tmp_path))
+    monkeypatch.setattr(bench, "traces", None)
+    read = bench.laid_out(local, programs, CHOICE, Shelf(tmp_path, reads=True))
+    np.testing.assert_array_equal(made.traces, read.traces)
+    np.testing.assert_array_equal(made.bumps.columns, read.bumps.columns)
+    np.testing.assert_array_equal(made.bumps.centre, read.bumps.centre)
+    assert made.bumps.target == read.bumps.target
+    assert made.listed == read.listed
+
+
 def found_in(problem: Problem) -> Outcome:
     w = np.zeros(problem.parameters.size)
     local, _ = fitted(problem)
@@ -109,7 +123,7 @@ def found_in(problem: Problem) -> Outcome:
     free = [i for i, p in enumerate(problem.parameters.sampled) if p.base != "noise"]
     z[free] = local.w[: len(free)]
     best = z, local.hypothesis.sensors(local.w)
-    return discover(problem, best, CHOICE, {}, 0, lambda _: None)
+    return discover(problem, best, CHOICE, {}, Running(0))
 
 
 def test_workflow_names_what_is_hidden_and_nothing_where_nothing_is():
@@ -270,11 +284,6 @@ def test_curves_of_many_candidates_are_interpolated_between_few():
         exact = log_bayes(explain.Z_GRID * size, np.full(len(curve), size**2), departures)
         near = np.abs(explain.Z_GRID) < 6.0
         np.testing.assert_allclose(curve[near], exact[near], atol=0.05)
-
-
-def test_probabilities_of_equal_explanations_are_their_priors():
-    found = probabilities({"a": 1000.0, "b": 1000.0}, {"a": 0.3, "b": 0.1})
-    assert found == pytest.approx({"a": 0.75, "b": 0.25})
 
 
 @pytest.mark.parametrize(

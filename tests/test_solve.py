@@ -185,7 +185,8 @@ def test_steps_follow_the_reference_below_a_tenth_of_a_sensors_step(kind: str, d
         assert error < bar, (name, error / bar)
 
 
-@pytest.mark.parametrize("draw", [0, *(pytest.param(i, marks=pytest.mark.slow) for i in (1, 2, 3))])
+@pytest.mark.slow
+@pytest.mark.parametrize("draw", range(4))
 def test_release_follows_the_reference(draw: int):
     values = DRAWS[draw]
     rig = rig_of(values, walkers=True)
@@ -217,6 +218,7 @@ def test_halving_the_tolerance_moves_no_log_likelihood():
     assert abs(by_march - at_default) < 0.3  # its own error, the same at neighbouring values
 
 
+@pytest.mark.slow
 def test_a_switch_counts_from_its_own_instant():
     """The same stretch of pumping, moved by parts of a sample, fills the rig by as much."""
     strokes = Strokes(jnp.asarray(0.0), jnp.asarray(0.02), jnp.full((1, 2), 0.01))

@@ -5,8 +5,6 @@ and information I of an amplitude a, the likelihood ratio is exp(g a - I a^2/2),
 records; what is left is one integral over the amplitude's prior.
 """
 
-from collections.abc import Mapping
-
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import logsumexp
@@ -88,10 +86,3 @@ class Bundle:
         covariance = np.einsum("v,vmk->mk", share, np.array(covariances))
         covariance += np.einsum("v,vm,vk->mk", share, off, off)
         return mean / self._size, covariance / np.outer(self._size, self._size)
-
-
-def probabilities(log_bayes: Mapping[str, float], prior: Mapping[str, float]) -> dict[str, float]:
-    """Posterior probabilities of exclusive explanations; priors need not sum to 1."""
-    logs = {k: log_bayes[k] + np.log(prior[k]) for k in log_bayes}
-    total = logsumexp(list(logs.values()))
-    return {k: float(np.exp(v - total)) for k, v in logs.items()}

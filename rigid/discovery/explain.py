@@ -145,8 +145,10 @@ def _totals(found: Explained, departures: list[np.ndarray], slope: np.ndarray) -
     return np.logaddexp.reduce(np.stack(weighed), axis=0)
 
 
-def curves_of(departures: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """Log Bayes factors (m, grid) over the strength, for amplitudes of one law.
+def curves_of(
+    departures: np.ndarray, sizes: np.ndarray, strengths: np.ndarray = Z_GRID
+) -> np.ndarray:
+    """Log Bayes factors (m, grid) over the `strengths` (grid,), for amplitudes of one law.
 
     - `sizes` (m,): of their traces. Between SIZES of them, evenly spaced in their logarithm, the
       curves are interpolated.
@@ -154,8 +156,8 @@ def curves_of(departures: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     few = sizes
     if len(sizes) > SIZES:
         few = np.geomspace(max(sizes.min(), LEAST_SIZE * sizes.max()), sizes.max(), SIZES)
-    squares = np.repeat(few[:, None] ** 2, len(Z_GRID), axis=1)
-    curves = log_bayes(Z_GRID * few[:, None], squares, departures)
+    squares = np.repeat(few[:, None] ** 2, len(strengths), axis=1)
+    curves = log_bayes(strengths * few[:, None], squares, departures)
     if few is sizes:
         return curves
     place = np.interp(np.log(sizes), np.log(few), np.arange(SIZES))

@@ -45,11 +45,11 @@ def standard_of(law: AbstractLaw, value: float) -> float:
     )
 
 
-def worth_refitting(found: Explained) -> list[str]:
-    """Names of the effects to fit in full, the best first."""
-    ranked = sorted(found.effects, key=lambda name: -found.effects[name])
-    best = found.effects[ranked[0]] if ranked else 0.0
-    return [n for n in ranked[:MOST] if found.effects[n] > max(best - WITHIN, 0.0)]
+def worth_refitting(evidence: Mapping[str, float]) -> list[str]:
+    """Names of the effects to fit in full, the best first; `evidence`: log Bayes factors."""
+    ranked = sorted(evidence, key=lambda name: -evidence[name])
+    best = evidence[ranked[0]] if ranked else 0.0
+    return [n for n in ranked[:MOST] if evidence[n] > max(best - WITHIN, 0.0)]
 
 
 def refit(

@@ -1,54 +1,53 @@
 """Fit, find what is left over, name it, add it, and again until nothing is missing."""
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from typing import NamedTuple
 
 import numpy as np
 
-from rigid.discovery.candidates import EVENT, Candidate, candidates, events
-from rigid.discovery.evidence import probabilities
-from rigid.discovery.explain import NOTHING, UNNAMED, Explained, explain, prior_of
-from rigid.discovery.families import Effects, Family, families
+from rigid.discovery.bench import Bench, laid_out
+from rigid.discovery.explain import Explained, explain
+from rigid.discovery.families import Effects, families
 from rigid.discovery.further import next_record
 from rigid.discovery.hypothesis import Hypothesis, start
 from rigid.discovery.judging import Left, Place, gap, left_out, place, units
 from rigid.discovery.local import Local, expand, refined, with_weights
+from rigid.discovery.odds import Odds, odds
+from rigid.discovery.pairs import pairs
 from rigid.discovery.refit import Refit, refit, worth_refitting
 from rigid.discovery.samples import lay_out
 from rigid.discovery.screening import Around, Screening, screen
-from rigid.discovery.traces import Bumps, bumps, traces
+from rigid.discovery.verdict import verdict_of
 from rigid.discovery.weights import facts
 from rigid.newton import is_noise
 from rigid.priors import AbstractLaw
 from rigid.problem import Problem
+from rigid.shelf import Shelf
 
-SHAPES = 4
-"""Settings of an effect's shape that are screened."""
 SURE_MISSING = 0.05
 """Something is missing where the probability of nothing is below this, and ..."""
 SIGNIFICANT = 0.01
 """... where as much is found in fewer than this share of campaigns in which nothing is."""
-SURE_NAME = 0.8
-"""A name is given where it has this probability among all that could be missing, and ..."""
-CLOSE = 4.0
-"""... no other explanation whose log Bayes factor is within this of it ..."""
-PARTED = 1.64
-"""... leaves a trace so alike that even who knew both could not part them in 19 of 20."""
 LIKELY = 0.02
 """Least probability of an effect that is told as an alternative."""
+ALIKE = 0.98
+"""Of effects whose traces have this cosine only the likeliest is fitted in full; what that changed
+in its Bayes factor is taken to hold for the others."""
 MOST_STEPS = 3
 
 Report = Callable[[str], None]
 
 
-@dataclasses.dataclass(frozen=True)
-class Bench:
-    """What all steps share: programs, candidates, and what each would leave in the records."""
+class Running(NamedTuple):
+    """How a run goes.
 
-    programs: tuple[Family, ...]
-    listed: tuple[Candidate, ...]
-    bumps: Bumps
-    traces: np.ndarray
+    - `seed`. - `report`: is told each stage. - `shelf`: keeps what takes long.
+    """
+
+    seed: int
+    report: Report = lambda _: None
+    shelf: Shelf = Shelf()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -115,14 +114,14 @@ def discover(
     best: tuple[np.ndarray, np.ndarray],
     effects: Effects,
     given: Mapping[str, AbstractLaw],
-    seed: int,
-    report: Report,
+    running: Running,
 ) -> Outcome:
     """Run the workflow.
 
     - `best`: z and standard gains and zeros of a search's optimum. - `effects`: the candidates.
     - `given`: priors of their parameters, by label, that go before their own.
     """
+    seed, report, shelf = running
     programs = families(problem, effects)
     layout = lay_out(problem)
     layout = layout.weighed((layout.weight > 0.0).astype(float))
@@ -130,101 +129,87 @@ def discover(
     noise = best[0][is_noise(problem)]
     hypothesis = Hypothesis(problem, given=given)
     base = refined(expand(hypothesis, (programs[0], layout), start(problem, *best), noise))
-    bench = _bench(base, programs, effects, report)
+    report("traces of what could be missing")
+    bench = laid_out(base, programs, effects, shelf)
     everything = np.concatenate([bench.traces, bench.bumps.columns], axis=1)
     base = refined(with_weights(base, facts(base, everything)))
     return _steps(base, bench, seed, report)
 
 
-def _bench(base: Local, programs: tuple[Family, ...], effects: Effects, report: Report) -> Bench:
-    tracks = [t for group in base.layout.problem.groups for t in group.tracks]
-    valve = [e for e in effects if e.name == EVENT]
-    given = base.hypothesis.given
-    listed = candidates([e for e in effects if e not in valve], SHAPES, given)
-    listed += tuple(one for effect in valve for one in events(effect, tracks, given))
-    report(f"traces of {len({one.effect for one in listed})} effects")
-    found = traces(base, programs, listed)
-    report("traces of hidden forces")
-    return Bench(programs, listed, bumps(base, programs[0]), found)
-
-
-def weigh(local: Local, bench: Bench, seed: int) -> tuple[Explained, dict[str, float]]:
+def weigh(local: Local, bench: Bench, seed: int) -> Explained:
     """Weigh every explanation of what a fit leaves over, effects that are in it left out."""
     inside = set(local.hypothesis.added)
     kept = [i for i, one in enumerate(bench.listed) if one.effect not in inside]
     around = Around(local.terms.score, local.terms.bend, local.design, local.gradient)
     columns = np.concatenate([bench.traces[:, kept], bench.bumps.columns], axis=1)
     listed = tuple(bench.listed[i] for i in kept)
-    found = explain(listed, bench.bumps.target, screen(around, columns), seed)
-    return found, _probability(found, {})
-
-
-def _probability(found: Explained, refits: dict[str, Refit]) -> dict[str, float]:
-    logs = found.effects | {name: one.log_bayes for name, one in refits.items()}
-    nothing, each, unnamed = prior_of(len(logs))
-    prior = {NOTHING: nothing, UNNAMED: unnamed} | dict.fromkeys(logs, each)
-    return probabilities({NOTHING: 0.0, UNNAMED: found.unnamed} | logs, prior)
+    return explain(listed, bench.bumps.target, screen(around, columns), seed)
 
 
 def _steps(base: Local, bench: Bench, seed: int, report: Report) -> Outcome:
     steps: list[Step] = []
     local = base
-    found, probability = weigh(local, bench, seed)
-    while len(steps) < MOST_STEPS and _missing(found, probability):
-        refits = {
-            name: refit(local, bench.programs, found, name, report)
-            for name in worth_refitting(found)
-        }
-        probability = _probability(found, refits)
-        if not _missing(found, probability):
+    found = weigh(local, bench, seed)
+    said = odds(found)
+    while len(steps) < MOST_STEPS and _missing(found, said):
+        said, refits = _fitted_in_full(local, bench, found, report)
+        if not _missing(found, said):
             break
-        steps.append(_step(local, bench, found, probability, refits))
+        steps.append(_step(local, bench, found, said, refits))
         if steps[-1].chosen is None:
             break
         local = refits[steps[-1].chosen].after
         report(f"what {steps[-1].chosen} leaves over")
-        found, probability = weigh(local, bench, seed)
-    return Outcome(base, bench, tuple(steps), found, probability, local)
+        found = weigh(local, bench, seed)
+        said = odds(found)
+    return Outcome(base, bench, tuple(steps), found, dict(said.probability), local)
 
 
-def _missing(found: Explained, probability: dict[str, float]) -> bool:
-    return probability[NOTHING] < SURE_MISSING and found.p_value < SIGNIFICANT
+def _fitted_in_full(
+    local: Local, bench: Bench, found: Explained, report: Report
+) -> tuple[Odds, dict[str, Refit]]:
+    """Fit the few best effects in full, and the one that is then the likeliest in any case."""
+    both, refits = pairs(found), {}
+
+    def said() -> Odds:
+        fitted = {name: one.log_bayes for name, one in refits.items()}
+        return odds(found, changed(found, fitted), both)
+
+    for name in worth_refitting(said().evidence):
+        if not _twins(found, refits, name):
+            refits[name] = refit(local, bench.programs, found, name, report)
+    now = said()
+    first = max(now.evidence, key=lambda name: now.evidence[name], default="")
+    if refits and first not in refits and _twins(found, refits, first):
+        refits[first] = refit(local, bench.programs, found, first, report)
+        now = said()
+    return now, refits
 
 
-def lookalikes(found: Explained, refits: dict[str, Refit], name: str) -> list[str]:
-    """Effects that explain about as much as the effect `name` and leave too similar a trace.
+def changed(found: Explained, fitted: Mapping[str, float]) -> dict[str, float]:
+    """What fitting in full changed in the log Bayes factor of each effect and of its twins.
 
-    At strength s an oracle parts two traces of cosine c with probability Phi(s sqrt((1 - c)/2)).
+    - `fitted`: the log Bayes factors of those that were.
     """
-    logs = found.effects | {other: one.log_bayes for other, one in refits.items()}
-    mine, strength = found.best_of(name), abs(found.screening.strength)
-    out = []
-    for other, log in logs.items():
-        at = found.best_of(other)
-        cosine = min(abs(found.screening.cosines[mine, at]), 1.0)
-        apart = strength[mine] * np.sqrt(0.5 * (1.0 - cosine))
-        if other != name and log > logs[name] - CLOSE and apart < PARTED:
-            out.append(other)
-    return out
+    own = {name: log - found.effects[name] for name, log in fitted.items()}
+    twins = {name: _twins(found, fitted, name) for name in found.effects}
+    return {name: own[like[0]] for name, like in twins.items() if like} | own
 
 
-def verdict_of(probability: dict[str, float], found: Explained, refits: dict[str, Refit]) -> str:
-    """Say what probabilities of the explanations amount to, something being missing."""
-    some = {k: v for k, v in probability.items() if k != NOTHING}
-    total = sum(some.values())
-    named = {k: v for k, v in some.items() if k != UNNAMED}
-    top = max(named, key=lambda k: named[k], default=UNNAMED)
-    if not named or some[UNNAMED] > sum(named.values()):
-        return "unnamed"
-    sure = named[top] > SURE_NAME * total and not lookalikes(found, refits, top)
-    return "named" if sure else "indistinguishable"
+def _twins(found: Explained, fitted: Iterable[str], name: str) -> list[str]:
+    """Effects fitted in full whose trace is that of the effect `name`."""
+    at, cosines = found.best_of(name), found.screening.cosines
+    return [n for n in fitted if abs(cosines[at, found.best_of(n)]) > ALIKE]
+
+
+def _missing(found: Explained, said: Odds) -> bool:
+    return said.nothing < SURE_MISSING and found.p_value < SIGNIFICANT
 
 
 def _step(
-    local: Local, bench: Bench, found: Explained, probability: dict[str, float],
-    refits: dict[str, Refit],
-) -> Step:  # fmt: skip
-    verdict = verdict_of(probability, found, refits)
+    local: Local, bench: Bench, found: Explained, said: Odds, refits: dict[str, Refit]
+) -> Step:
+    verdict, probability = verdict_of(found, said), dict(said.probability)
     chosen = max(refits, key=lambda n: probability[n], default=None)
     if verdict == "unnamed" or chosen is None:
         target, change = _hidden(found, bench)

@@ -9,8 +9,9 @@ from rigid.effects.bristle import share_rate, stribeck_limit
 
 
 class LuGreFriction(AbstractEffect):
-    """F_f = -(F_C s + sigma_1 z ds/dt), s the share that a bristle of bending z carries.
+    """F_f = -F_C (s + t_b ds/dt), s the share that a bristle of bending z carries.
 
+    Their damping sigma_1 is F_C t_b/z: it goes with the force, so that without it there is none.
     The viscous part of the law is the effect `viscous-friction`. Signature: a spring of F_C/z in
     the first tenths of a millimetre after a turn and in the release, Stribeck's law when sliding.
     Siblings: Stribeck and Coulomb friction where the bending is below the stroke sensor's step;
@@ -21,7 +22,7 @@ class LuGreFriction(AbstractEffect):
     excess: Array = parameter("stribeck_excess", r"e_\mathrm{S}", "1", lognormal(0.5, 2.0))
     speed: Array = parameter("v_stribeck", r"v_\mathrm{S}", "m/s", lognormal(2e-3, 2.0))
     bending: Array = parameter("z_bristle", r"z_\mathrm{s}", "m", lognormal(1e-4, 3.0))
-    damping: Array = parameter("sigma_bristle", r"\sigma_1", "N s/m", lognormal(1e4, 3.0))
+    delay: Array = parameter("bristle_time", r"t_\mathrm{b}", "s", lognormal(2e-3, 3.0))
 
     name: ClassVar[str] = "lugre-friction"
     equation: ClassVar[str] = "plunger-momentum"
@@ -34,6 +35,4 @@ class LuGreFriction(AbstractEffect):
         (share,) = own
         limit = stribeck_limit(state.slip, self.excess, self.speed)
         rate = share_rate(share, state.slip, self.bending, limit)
-        # Damping goes with the bristle, so that without its force there is none.
-        damped = self.damping * self.bending * rate * self.force / (self.force + 1.0)
-        return Action(between=-self.force * share - damped, rates=(rate,))
+        return Action(between=-self.force * (share + self.delay * rate), rates=(rate,))

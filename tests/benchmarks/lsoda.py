@@ -53,7 +53,7 @@ def memory(v: Values) -> Friction:
 def bristle(v: Values) -> Friction:
     """A dashpot and a bristle: Coulomb, Stribeck or LuGre, by which numbers there are."""
     mu, coulomb = v["mu"], v["F_C"]
-    bending, damping = v.get("z_bristle", v["presliding"]), v.get("sigma_bristle", 0.0)
+    bending, delay = v.get("z_bristle", v["presliding"]), v.get("bristle_time", 0.0)
     excess, speed = v.get("stribeck_excess", 0.0), v.get("v_stribeck", 1.0)
     exp, sqrt, rounding = math.exp, math.sqrt, SPEED_ROUNDING
 
@@ -62,7 +62,7 @@ def bristle(v: Values) -> Friction:
         limit = 1.0 + excess * exp(-((slip / speed) ** 2))
         pace = sqrt(slip * slip + rounding * rounding) - rounding
         rate = (slip - pace * share / limit) / bending
-        damped = damping * bending * rate * coulomb / (coulomb + 1.0)
+        damped = coulomb * delay * rate
         return mu * slip + coulomb * share + damped, (rate,)
 
     return force

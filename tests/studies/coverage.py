@@ -10,7 +10,7 @@ with half the noise in the likelihood, to show that the check can fail; `--noise
 colours the noise; `--wide-friction` draws the friction from the fit's own priors.
 
 The posterior is that of the command, from fewer starts; it is summed over weighted draws of the
-law around its modes (as the command weighs modes), until they are worth ESS independent ones. Where
+law around its modes (importance.py), until they are worth 500 independent ones. Where
 that law does not fit (Pareto shape above 0.7) or with `--chain`, the command's sampler draws.
 Beside it stands the rank in the Gaussian law around the best fit; `--gaussian` gives that alone.
 """
@@ -22,17 +22,14 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    import numpy as np
+    from importance import Drawn
 
 FIRST_SEED = 500_000
 CLOCK = 1
 STARTS = 3
-ESS = 500.0
-BATCH, MOST_DRAWS = 2048, 16_384
-DOF = 32.0
 REFUSED = "refused"
 """Stands for the quantities of a campaign that the readers refuse (a saturated sensor, say)."""
 HERTZ = (0.1, 1.0, 10.0, 100.0)
@@ -62,37 +59,11 @@ def rows_of(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
-class Drawn(NamedTuple):
-    """Draws of the posterior (n, size), their weights (n,), and whether they can be trusted."""
-
-    z: "np.ndarray"
-    weight: "np.ndarray"
-    good: bool
-
-
-def by_weights(problem, modes, rng) -> Drawn:
-    """Weighted draws of the law over the modes."""
-    import numpy as np
-
-    from rigid.problem import log_density
-    from rigid.proposal import MixtureProposal, pareto_shape
-
-    law = MixtureProposal(modes, np.ones(len(modes)) / len(modes), DOF)
-    draws, logs = [], []
-    while True:
-        draws.append(law.sample(rng, BATCH))
-        logs.append(log_density(problem, draws[-1]) - law.log_density(draws[-1]))
-        log_weight = np.concatenate(logs)
-        weight = np.exp(log_weight - log_weight.max())
-        enough = weight.sum() ** 2 / (weight**2).sum() >= ESS
-        if enough or len(weight) >= MOST_DRAWS:
-            return Drawn(np.concatenate(draws), weight, enough and pareto_shape(weight) < 0.7)
-
-
-def by_chain(problem, proposal, seed: int) -> Drawn:
+def by_chain(problem, proposal, seed: int) -> "Drawn":
     """Draws of the command's sampler."""
     import jax.numpy as jnp
     import numpy as np
+    from importance import ESS, Drawn
 
     from rigid.problem import log_posterior, walkers
     from rigid.sample import Settings, sample
@@ -113,9 +84,10 @@ def weighted_rank(values, weights, truth: float) -> float:
 
 def one_campaign(seed: int, args: argparse.Namespace) -> list[dict]:
     import numpy as np
+    from importance import BATCH, Drawn, weighted
 
     from rigid.assemble import assemble
-    from rigid.calibrate import mode_of, propose
+    from rigid.calibrate import propose
     from rigid.errors import InputError
     from rigid.generator.campaign import Conditions, campaign
     from rigid.outcome import channels, overall_gap
@@ -139,12 +111,13 @@ def one_campaign(seed: int, args: argparse.Namespace) -> list[dict]:
     if args.halve_noise:
         found = search(halved(found), args.starts, seed)
     known, rng = truth.parameters(), np.random.default_rng([seed, 1])
-    gauss = Drawn(gaussian(found.optima[0], rng), np.ones(BATCH), True)
+    gauss = Drawn(gaussian(found.optima[0], rng, BATCH), np.ones(BATCH), True)
     drawn = gauss
     if not args.gaussian:
-        drawn = by_weights(found.problem, tuple(mode_of(o) for o in found.optima), rng)
+        law = propose(found, rng)[0]
+        drawn = weighted(found.problem, law, rng)
         if args.chain or not drawn.good:
-            drawn = by_chain(found.problem, propose(found, rng)[0], seed)
+            drawn = by_chain(found.problem, law, seed)
     ranks = ranks_of(found.problem, drawn, known)
     beside = ranks_of(found.problem, gauss, known)
     gap = overall_gap(channels(found, found.optima[0].z[None], seed))
@@ -158,12 +131,12 @@ def one_campaign(seed: int, args: argparse.Namespace) -> list[dict]:
     ]  # fmt: skip
 
 
-def gaussian(optimum, rng):
-    """Draws (BATCH, size) of the Gaussian law around an optimum."""
-    return rng.multivariate_normal(optimum.z, optimum.covariance, size=BATCH, method="cholesky")
+def gaussian(optimum, rng, count):
+    """Draws (count, size) of the Gaussian law around an optimum."""
+    return rng.multivariate_normal(optimum.z, optimum.covariance, size=count, method="cholesky")
 
 
-def ranks_of(problem, drawn: Drawn, known: dict[str, float]) -> dict[str, tuple[float, float]]:
+def ranks_of(problem, drawn: "Drawn", known: dict[str, float]) -> dict[str, tuple[float, float]]:
     """Truth of every quantity, and the posterior probability below it."""
     import numpy as np
 

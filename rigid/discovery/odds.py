@@ -1,0 +1,75 @@
+"""How probable each explanation is: nothing, an effect alone or with another, something unnamed."""
+
+import dataclasses
+from collections.abc import Mapping
+
+import numpy as np
+
+from rigid.discovery.explain import NOTHING, UNNAMED, Explained, prior_of
+from rigid.discovery.pairs import Pairs
+
+PRIOR_PAIRS = 0.05
+"""What one would bet on two effects at once, before any record, shared evenly by all pairs; it is
+taken from the single ones."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Odds:
+    """What the records say of each explanation.
+
+    - `probability`: of nothing, of each effect as the next to add, of something unnamed; sums to 1.
+      A pair counts for that of its two effects for which more speaks.
+    - `evidence`: log of what speaks for each effect, alone or with another, against nothing, as a
+      Bayes factor is.
+    """
+
+    probability: Mapping[str, float]
+    evidence: Mapping[str, float]
+
+    @property
+    def nothing(self) -> float:
+        """Probability that nothing is missing."""
+        return self.probability[NOTHING]
+
+
+def odds(
+    found: Explained, changes: Mapping[str, float] | None = None, both: Pairs | None = None
+) -> Odds:
+    """Put priors and Bayes factors together.
+
+    - `changes`: of the effects' log Bayes factors, once they have been fitted in full.
+    """
+    changes = changes or {}
+    singles = {name: log + changes.get(name, 0.0) for name, log in found.effects.items()}
+    names = list(singles)
+    nothing, each, unnamed = prior_of(len(names))
+    logs = {name: singles[name] + np.log(each) for name in names}
+    shared = dict.fromkeys(names, -np.inf)
+    inclusion = dict(logs)
+    if both is not None and len(names) > 1:
+        table = both.corrected(changes).log_bayes + np.log(PRIOR_PAIRS / _count(len(names)))
+        kept = 1.0 - PRIOR_PAIRS / (each * len(names))
+        logs = {name: log + np.log(kept) for name, log in logs.items()}
+        rows = dict(zip(both.names, table, strict=True))
+        inclusion = {n: float(np.logaddexp(logs[n], np.logaddexp.reduce(rows[n]))) for n in names}
+        shared = _shared(both.names, table, inclusion)
+    parts = {NOTHING: np.log(nothing), UNNAMED: found.unnamed + np.log(unnamed)}
+    parts |= {name: float(np.logaddexp(logs[name], shared[name])) for name in names}
+    total = np.logaddexp.reduce(list(parts.values()))
+    return Odds(
+        {name: float(np.exp(part - total)) for name, part in parts.items()},
+        {name: inclusion[name] - float(np.log(each)) for name in names},
+    )
+
+
+def _count(effects: int) -> int:
+    return effects * (effects - 1) // 2
+
+
+def _shared(
+    names: tuple[str, ...], table: np.ndarray, inclusion: Mapping[str, float]
+) -> dict[str, float]:
+    """Log of the pairs that count for each effect: those in which more speaks for it."""
+    rank = np.array([inclusion[name] for name in names])
+    mine = np.where(rank[:, None] > rank, table, -np.inf)
+    return dict(zip(names, np.logaddexp.reduce(mine, axis=1).tolist(), strict=True))

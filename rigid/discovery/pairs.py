@@ -1,0 +1,97 @@
+"""Two effects at once: what a pair explains that neither does alone.
+
+Where two are missing, each alone leaves the trace of the other, and something hidden that mimics
+both can explain more than either.
+"""
+
+import dataclasses
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.special import logsumexp
+
+from rigid.discovery.evidence import LOG_MASS, amplitudes
+from rigid.discovery.explain import Explained, curves_of
+
+POINTS = 241
+"""Strengths at which the gain of the second effect is worked out."""
+LEAST_REACH = 30.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Pairs:
+    """Log Bayes factors of all pairs of effects against nothing.
+
+    - `names` (m,). - `log_bayes` (m, m): symmetric; minus infinity where there is no pair.
+    """
+
+    names: tuple[str, ...]
+    log_bayes: np.ndarray
+
+    def corrected(self, by: Mapping[str, float]) -> "Pairs":
+        """Return them with what fits in full changed in the log Bayes factors of single effects."""
+        change = np.array([by.get(name, 0.0) for name in self.names])
+        return Pairs(self.names, self.log_bayes + change[:, None] + change)
+
+
+def pairs(found: Explained) -> Pairs:
+    """Weigh every pair of effects, averaged over the shapes and places of both.
+
+    With slopes g and information I of both amplitudes the likelihood ratio is
+    exp(g_1 a_1 + g_2 a_2 - I_11 a_1^2/2 - I_12 a_1 a_2 - I_22 a_2^2/2): for each amplitude of the
+    first, the second meets the slope g_2 - I_12 a_1. Two effects that are both confined to a place
+    are not paired.
+    """
+    names = tuple(found.effects)
+    of = np.array([names.index(one.effect.name) for one in found.listed])
+    apart = np.array([one.only is not None for one in found.listed])
+    count = len(found.listed)
+    size = found.screening.size[:count]
+    reach = max(LEAST_REACH, 2.0 * float(np.abs(found.screening.strength[:count]).max(initial=0.0)))
+    curves = _curves(found, np.linspace(-reach, reach, POINTS))
+    logs: dict[tuple[int, int], list[np.ndarray]] = {}
+    for i in np.flatnonzero(~apart):
+        others = np.flatnonzero((of > of[i]) | (apart & (of != of[i])))
+        both = _with(found, int(i), others, curves[others], (size[others], reach))
+        for other in np.unique(of[others]):
+            key = min(of[i], other), max(of[i], other)
+            logs.setdefault(key, []).append(both[of[others] == other])
+    out = np.full((len(names),) * 2, -np.inf)
+    for (a, b), rows in logs.items():
+        every = np.concatenate(rows)
+        out[a, b] = out[b, a] = logsumexp(every) - np.log(len(every))
+    return Pairs(names, out)
+
+
+def _curves(found: Explained, grid: np.ndarray) -> np.ndarray:
+    """Log Bayes factor of each candidate (c, POINTS) over its strength."""
+    size = found.screening.size
+    out = np.empty((len(found.listed), len(grid)))
+    alike: dict[tuple, list[int]] = {}
+    for i, one in enumerate(found.listed):
+        alike.setdefault((id(one.law), one.absent), []).append(i)
+    for members in alike.values():
+        one = found.listed[members[0]]
+        out[members] = curves_of(amplitudes(one.law, one.absent), size[members], grid)
+    return out
+
+
+def _with(
+    found: Explained,
+    first: int,
+    others: np.ndarray,
+    curves: np.ndarray,
+    scale: tuple[np.ndarray, float],
+) -> np.ndarray:
+    """Log Bayes factor of a candidate together with each of some others (m,)."""
+    slope, information = found.screening.slope, found.screening.information
+    size, reach = scale
+    a = amplitudes(found.listed[first].law, found.listed[first].absent)
+    alone = slope[first] * a - 0.5 * information[first, first] * a**2 + LOG_MASS
+    left = (slope[others] - np.outer(a, information[first, others])) / size
+    place = np.clip((left / reach + 1.0) * 0.5 * (POINTS - 1), 0.0, POINTS - 1.000001)
+    below = place.astype(int)
+    share = place - below
+    which = np.arange(len(others))
+    gain = (1.0 - share) * curves[which, below] + share * curves[which, below + 1]
+    return np.asarray(logsumexp(alone[:, None] + gain, axis=0))

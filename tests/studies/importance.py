@@ -1,0 +1,36 @@
+"""Weighted draws of a posterior, as many as its sums need."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rigid.adaptation import drawn, kish
+from rigid.problem import Problem, log_density
+from rigid.proposal import MixtureProposal, pareto_shape
+
+ESS = 500.0
+BATCH, MOST_DRAWS = 2048, 6_144
+RELIABLE = 0.7
+"""Pareto shape of weights below which their sums are reliable: Vehtari et al. (2024), section 3."""
+
+
+class Drawn(NamedTuple):
+    """Draws of the posterior (n, size), their weights (n,), and whether they can be trusted."""
+
+    z: np.ndarray
+    weight: np.ndarray
+    good: bool
+
+
+def weighted(problem: Problem, law: MixtureProposal, rng: np.random.Generator) -> Drawn:
+    """Draw of a law until the weights are worth ESS independent draws, and reliable."""
+    draws, logs = [], []
+    while True:
+        z, log_weight = drawn(lambda z: log_density(problem, z), law, rng, BATCH)
+        draws.append(z)
+        logs.append(log_weight)
+        every = np.concatenate(logs)
+        weight = np.exp(every - every.max())
+        good = kish(weight) >= ESS and pareto_shape(weight) < RELIABLE
+        if good or len(weight) >= MOST_DRAWS:
+            return Drawn(np.concatenate(draws), weight, good)

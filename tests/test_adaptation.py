@@ -1,0 +1,62 @@
+"""The law over the modes, fitted to weighted draws of it."""
+
+import numpy as np
+
+from rigid.adaptation import Weighted, drawn, fitted, kish
+from rigid.proposal import MixtureProposal, Mode
+
+SIZE, DRAWS, DOF = 12, 8192, 16.0
+
+
+START = MixtureProposal((Mode(np.zeros(SIZE), np.eye(SIZE), 0.0),), np.ones(1), 8.0)
+
+
+def weighed(mean: np.ndarray, width: np.ndarray) -> Weighted:
+    """Draws of the law weighed for a Gaussian of other place and widths."""
+
+    def target(z: np.ndarray) -> np.ndarray:
+        return -0.5 * (((z - mean) / width) ** 2).sum(axis=1)
+
+    return drawn(target, START, np.random.default_rng(0), DRAWS)
+
+
+def test_a_law_too_narrow_along_one_axis_is_stretched_there_alone():
+    mean, width = np.zeros(SIZE), np.ones(SIZE)
+    mean[0], width[0] = 0.5, 1.5
+    found = weighed(mean, width)
+    (got,) = fitted(START, found, DOF).modes
+    # Variances of a covariance of n draws: 2 / n; of a mean: 1 / n. Five standard errors.
+    size = kish(found.weight)
+    covariance = got.covariance_factor @ got.covariance_factor.T
+    assert abs(covariance[0, 0] / width[0] ** 2 - 1.0) < 5.0 * np.sqrt(2.0 / size)
+    assert abs(got.mean[0] - mean[0]) < 5.0 * width[0] / np.sqrt(size)
+    beside = covariance[1:, 1:] - np.eye(SIZE - 1)
+    assert np.abs(beside).max() < 0.02  # what the stretched axis, not quite the first, takes along
+
+
+def test_few_draws_change_nothing():
+    found = weighed(np.ones(SIZE), np.ones(SIZE))
+    few = Weighted(found.z[:SIZE], found.log_weight[:SIZE])
+    assert fitted(START, few, DOF).modes == START.modes
+
+
+def test_a_posterior_without_a_number_changes_nothing():
+    found = drawn(lambda z: np.full(len(z), np.nan), START, np.random.default_rng(0), DRAWS)
+    assert fitted(START, found, DOF) is START
+
+
+def test_two_modes_are_weighed_and_each_is_moved():
+    centres = np.zeros((2, SIZE))
+    centres[:, 0] = -8.0, 8.0
+    modes = tuple(Mode(centre, np.eye(SIZE), 0.0) for centre in centres)
+    law = MixtureProposal(modes, np.ones(2) / 2.0, 8.0)
+    moved = centres + 0.5
+
+    def target(z: np.ndarray) -> np.ndarray:
+        first, second = (-0.5 * ((z - m) ** 2).sum(axis=1) for m in moved)
+        return np.logaddexp(first, second + np.log(3.0))
+
+    got = fitted(law, drawn(target, law, np.random.default_rng(1), DRAWS), DOF)
+    np.testing.assert_allclose(got.weights, [0.25, 0.75], atol=0.03)
+    for mode, mean in zip(got.modes, moved, strict=True):
+        np.testing.assert_allclose(mode.mean, mean, atol=0.15)

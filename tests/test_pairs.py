@@ -1,0 +1,116 @@
+"""Two effects at once: their Bayes factor, and what it does to what is said of each."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from rigid.discovery.candidates import Candidate
+from rigid.discovery.evidence import LOG_MASS, amplitudes, log_bayes
+from rigid.discovery.explain import NOTHING, UNNAMED, Explained, bundles_of
+from rigid.discovery.odds import odds
+from rigid.discovery.pairs import pairs
+from rigid.discovery.screening import Screening
+from rigid.discovery.traces import Target
+from rigid.discovery.workflow import changed
+from rigid.effects import CATALOGUE
+from rigid.priors import AbstractLaw, Lognormal, Normal
+
+LAWS: tuple[tuple[str, AbstractLaw], ...] = (
+    ("piston-leakage", Lognormal(2.0, 2.0)),
+    ("hose-pressure-drop", Normal(0.0, 3.0)),
+    ("clock-offset", Normal(0.0, 1.0)),
+)
+
+
+def explained(slope: np.ndarray, information: np.ndarray, bumps: int = 0) -> Explained:
+    """What is left over, with one candidate for each of LAWS and hidden bumps after them."""
+    listed = tuple(Candidate(CATALOGUE[name], "a", 0.0, law, {}) for name, law in LAWS)
+    candidate = np.array(
+        [
+            float(log_bayes(slope[i], information[i, i], amplitudes(law, 0.0)))
+            for i, (_, law) in enumerate(LAWS)
+        ]
+    )
+    hidden = (Target("pump", "time", None),) * max(bumps, 1)
+    bundles = bundles_of(hidden, len(LAWS) if bumps else 0, information)
+    bundle = np.array([float(b.log_bayes(slope)) for _, b in bundles])
+    return Explained(
+        listed, hidden, Screening(slope, information), candidate, bundles, bundle, 1e-3
+    )
+
+
+def information(cosine: float) -> np.ndarray:
+    """Of three amplitudes; the traces of the first two have this cosine."""
+    alike = np.eye(3)
+    alike[0, 1] = alike[1, 0] = cosine
+    size = np.array([4.0, 3.0, 5.0])
+    return alike * np.outer(size, size)
+
+
+@pytest.mark.parametrize("cosine", [-0.9, 0.0, 0.6])
+def test_the_bayes_factor_of_a_pair_is_its_double_integral(cosine: float):
+    known = information(cosine)
+    slope = known @ np.array([2.2, -1.5, 0.0])
+    found = pairs(explained(slope, known))
+    first, second = (amplitudes(law, 0.0)[:, None] for _, law in LAWS[:2])
+    second = second.T
+    exponent = (
+        slope[0] * first + slope[1] * second - 0.5 * known[0, 0] * first**2
+        - known[0, 1] * first * second - 0.5 * known[1, 1] * second**2
+    )  # fmt: skip
+    exact = np.logaddexp.reduce((exponent + LOG_MASS[:, None] + LOG_MASS).ravel())
+    assert found.names == tuple(name for name, _ in LAWS)
+    # Linear between strengths a quarter apart: a parabola is off by 1/8 of the square at most.
+    assert found.log_bayes[0, 1] == pytest.approx(exact, abs=0.25**2 / 8.0 + 1e-3)
+    assert found.log_bayes[1, 0] == found.log_bayes[0, 1]
+    assert np.all(np.isneginf(np.diag(found.log_bayes)))
+
+
+def test_two_effects_are_named_where_neither_alone_explains_as_much_as_something_hidden():
+    """Ten bumps that span both traces beat either effect alone; the pair beats them."""
+    traces = np.zeros((12, 13))
+    traces[:3, :3] = np.diag([4.0, 3.0, 5.0])
+    traces[:10, 3:] = np.random.default_rng(7).standard_normal((10, 10))
+    slope = traces.T @ (traces[:, :3] @ np.array([2.0, 2.7, 0.0]))
+    left = explained(slope, traces.T @ traces, bumps=10)
+    alone, together = odds(left), odds(left, both=pairs(left))
+    assert alone.probability[UNNAMED] > 0.5
+    assert together.probability[UNNAMED] < 0.1
+    for said in (alone, together):
+        assert sum(said.probability.values()) == pytest.approx(1.0)
+        assert said.nothing == said.probability[NOTHING]
+    assert together.evidence["piston-leakage"] > alone.evidence["piston-leakage"] + 5.0
+
+
+def test_pairs_take_little_from_a_single_effect():
+    """One effect at a strength of 8 keeps nearly all of its probability."""
+    known = information(0.3)
+    slope = known @ np.array([2.0, 0.0, 0.0])
+    left = explained(slope, known)
+    alone, together = odds(left), odds(left, both=pairs(left))
+    name = LAWS[0][0]
+    assert together.probability[name] == pytest.approx(alone.probability[name], abs=0.02)
+
+
+def test_odds_of_what_explains_alike_are_their_priors():
+    left = explained(np.zeros(3), np.eye(3))
+    left = dataclasses.replace(left, candidate=np.zeros(3), bundle=np.zeros(1))
+    assert odds(left).probability == pytest.approx(
+        {NOTHING: 0.5, UNNAMED: 0.1} | {name: 0.4 / 3 for name, _ in LAWS}, rel=1e-6
+    )
+
+
+def test_of_effects_with_one_trace_one_fit_stands_for_all():
+    known = information(0.99)
+    slope = known @ np.array([2.0, 0.0, 0.0])
+    left = explained(slope, known)
+    changes = changed(left, {LAWS[0][0]: left.effects[LAWS[0][0]] - 1.5})
+    assert changes == {LAWS[0][0]: pytest.approx(-1.5), LAWS[1][0]: pytest.approx(-1.5)}
+    before, after = odds(left), odds(left, changes)
+    shift = {name: after.evidence[name] - before.evidence[name] for name, _ in LAWS}
+    assert shift == {
+        LAWS[0][0]: pytest.approx(-1.5),
+        LAWS[1][0]: pytest.approx(-1.5),
+        LAWS[2][0]: 0,
+    }
