@@ -576,6 +576,9 @@ def test_the_laws_of_a_spec(tmp_path: Path):
     assert by_name[COULOMB].effects == (VISCOUS, COULOMB)
     assert by_name[COULOMB].held["mu_branch[1]"] == 0.0
     assert by_name[STRIBECK].held["z_bristle"] == pytest.approx(2e-5)
+    effects_of_all = (*DRY, CATALOGUE[WITH_MEMORY])
+    known = {k for e in effects_of_all for info in e.parameters() for k in info.labels}
+    assert all(set(law.held) <= known for law in by_name.values())
     beside = laws(load_spec(folder / "calibration.toml"), made)
     assert beside[2].effects == (VISCOUS, WITH_MEMORY, COULOMB)
     assert "mu_branch[1]" not in beside[2].held

@@ -93,7 +93,7 @@ def laws(spec: Spec, problem: Problem) -> tuple[Law, ...]:
     none = {} if memory else still
     numbers = (*problem.parameters.sampled, *problem.parameters.known)
     bending = next(p for p in numbers if p.label == "presliding")
-    stiff = {"z_bristle": float(bending.law.from_standard(0.0)), "sigma_bristle": 0.0}
+    stiff = {"z_bristle": float(bending.law.from_standard(0.0)), "bristle_time": 0.0}
     plain = stiff | {"stribeck_excess": 0.0, "v_stribeck": 1.0}
     return (
         Law(VISCOUS, False, None, still),
