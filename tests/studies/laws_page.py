@@ -24,8 +24,8 @@ frame tests, two releases and free runs of both cylinders; it is judged with thr
 valve, and those of some laws with one as well.
 Bounds are one-sided, 95 %, after Clopper and Pearson. All of it is simulated.
 
-`python tests/studies/laws.py --size {size}`, code of {commits}, 2026-11-21: {done} of {planned}
-campaigns.
+`python tests/studies/laws.py --size {size}`{how}, code of {commits}, 2026-11-21:
+{done} of {planned} campaigns.
 
 Laws not reached: {missing}. Fewer than ten campaigns, examples and no more: {few}.
 """
@@ -39,7 +39,8 @@ def page(rows: Sequence[Row], lookalikes: Mapping, planned: int, size: str) -> s
     counts = {law: sum(truth_of(row) == law for row in rows) for law in NAMES}
     few = ", ".join(WORDS[law] for law, n in counts.items() if 0 < n < FEW) or "none"
     missing = ", ".join(WORDS[law] for law, n in counts.items() if n == 0) or "none"
-    told = {"few": few, "missing": missing, "done": len(rows), "planned": planned}
+    how = "" if any("one" in row["answers"] for row in rows) else " (`--three`)"
+    told = {"how": how, "few": few, "missing": missing, "done": len(rows), "planned": planned}
     head = HEAD.format(size=size, commits=commits, **told)
     three, one = ([r for r in rows if s in r["answers"]] for s in ("three", "one"))
     sections = [
@@ -260,7 +261,7 @@ def _rows(rows: Sequence[Row]) -> str:
         "## Every campaign",
         "",
         "| seed | law | strength | one setting | three: first (p of the true law), tied | one: "
-        "first (p), tied | s |",
+        "first (p), tied | processor s |",
         "|---|---|---|---|---|---|---|",
     ]
     for row in sorted(rows, key=lambda r: r["seed"]):
