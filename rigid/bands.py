@@ -11,8 +11,9 @@ if TYPE_CHECKING:
 
     from tqdm import tqdm
 
+    from rigid.smoothing.finished import Finished
     from rigid.smoothing.laws import Law
-    from rigid.smoothing.run import Bands
+    from rigid.smoothing.learning import Learned
     from rigid.spec import Spec
 
 SAYS = "Ice load and plate displacement from field records, with uncertainty bands."
@@ -36,15 +37,11 @@ def bands(options: Options) -> int:
 
     from rigid.files import locked
     from rigid.smoothing.field import read_fields
-    from rigid.smoothing.laws import draws, read_laws
-    from rigid.smoothing.run import DRAWS
+    from rigid.smoothing.laws import draws, read_laws, some
 
     seed = spec.sampler.seed if options.seed is None else options.seed
     rng = np.random.default_rng([seed, 4])
-    laws = [
-        law.only(rng.choice(law.size, min(DRAWS, law.size), replace=False))
-        for law in read_laws(spec, rng)
-    ]
+    laws = [some(law, spec, rng) for law in read_laws(spec, rng)]
     tests = read_fields(spec)
     for field in (field for test in tests for field in test):
         for law in laws:
@@ -61,49 +58,69 @@ def bands(options: Options) -> int:
 
 def _made(
     spec: "Spec", fields: tuple, laws: "Sequence[Law]", options: Options, seed: int
-) -> "Bands":
-    """Learn how the load of a test moves under each law, then mix the draws; keep what is done."""
-    from tqdm import tqdm
-
-    from rigid.smoothing import kept
+) -> "Finished":
+    """Make the bands of a test and write its files; gives what report and summary need of it."""
+    from rigid.smoothing import kept, output
+    from rigid.smoothing.present import finished
     from rigid.smoothing.run import bands as mixed
-    from rigid.smoothing.run import learned, passes, ways
+    from rigid.smoothing.run import blocks, ways
+    from rigid.smoothing.smoother import Keeping
 
     name = fields[0].name
-    path, mark = options.folder(spec.path) / KEPT / f"{name}.npz", kept.mark(fields, laws, seed)
-    known = kept.load(path, mark, fields) if options.resume else kept.Kept()
-    if known.bands is not None:
+    folder, mark = options.folder(spec.path), kept.mark(fields, laws, seed)
+    path = folder / KEPT / f"{name}.json"
+    done = kept.load_finished(path, mark) if options.resume else None
+    if done is not None:
         say(options, f"{name}: taken from the run before")
-        return known.bands
-    with tqdm(disable=options.quiet, desc=f"{name}: learning", unit="pass") as bar:
-        for law in laws[len(known.learned) :]:
-            one = learned(spec, fields, law, lambda _: _step(bar))
-            known = known._replace(learned=(*known.learned, one))
+        return done
+    under = ways(fields, _learned(spec, fields, laws, options, mark), laws)
+    with _bar(options, f"{name}: draws", "block", blocks(under)) as bar:
+        found = mixed(under, seed, Keeping(folder / KEPT, lambda count: _step(bar, count)))
+    output.write_bands(folder / "bands", found)
+    done = finished(found, spec.simulated)
+    output.write_figures(folder / "bands", done)
+    kept.save_finished(path, mark, done)
+    path.with_suffix(".npz").unlink()
+    return done
+
+
+def _learned(
+    spec: "Spec", fields: tuple, laws: "Sequence[Law]", options: Options, mark: str
+) -> "tuple[tuple[Learned, ...], ...]":
+    """Learn how the load of a test moves under each law; keep what is done."""
+    from rigid.smoothing import kept
+    from rigid.smoothing.run import learned
+
+    name = fields[0].name
+    path = options.folder(spec.path) / KEPT / f"{name}.npz"
+    known = kept.load(path, mark, len(fields)) if options.resume else ()
+    with _bar(options, f"{name}: learning", "pass", None) as bar:
+        for law in laws[len(known) :]:
+            known = (*known, learned(spec, fields, law, lambda count: _step(bar, count)))
             kept.save(path, mark, known)
-    under = ways(fields, known.learned, laws)
-    with tqdm(total=passes(under), disable=options.quiet, desc=f"{name}: draws") as bar:
-        known = known._replace(bands=mixed(under, seed, lambda _: _step(bar)))
-    kept.save(path, mark, known)
-    assert known.bands is not None  # just made
-    return known.bands
+    return known
 
 
-def _step(bar: "tqdm") -> None:
-    bar.update(1)
+def _bar(options: Options, says: str, unit: str, total: int | None) -> "tqdm":
+    from tqdm import tqdm
+
+    return tqdm(total=total, disable=options.quiet, desc=says, unit=unit)
+
+
+def _step(bar: "tqdm", count: int) -> None:
+    bar.update(count)
 
 
 def _written(
-    spec: "Spec", found: "list[Bands]", laws: "Sequence[Law]", options: Options, seed: int
+    spec: "Spec", found: "list[Finished]", laws: "Sequence[Law]", options: Options, seed: int
 ) -> int:
-    """Write every file and print the table or the JSON."""
+    """Write what is told of all tests together and print the table or the JSON."""
     from rigid.report.bands import write_report
     from rigid.smoothing import output
     from rigid.smoothing.present import content
 
     folder = options.folder(spec.path)
     made = output.as_dict(spec.path.stem, spec.simulated, seed, found)
-    for one in found:
-        output.write_bands(folder / "bands", one)
     text = output.write_json(folder / "bands" / "bands.json", made)
     write_report(content(spec, made, found, sum(law.size for law in laws)), folder)
     note = "simulated data\n" if spec.simulated else ""

@@ -2,6 +2,7 @@
 
 import importlib.metadata
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -168,7 +169,7 @@ def write_posterior(path: Path, spec: Spec, done: Calibrated) -> None:
     }
     groups |= series_groups(done.shown, "posterior_predictive")
     groups["prior_predictive"] = series_groups(done.prior_shown, "p")["p"]
-    save_posterior(path, groups, provenance(spec, done))
+    save_posterior(path, groups, provenance(spec, done) | {"spec_folder": _beside(spec, path)})
 
 
 def provenance(spec: Spec, done: Calibrated) -> dict[str, str | int]:
@@ -182,6 +183,11 @@ def provenance(spec: Spec, done: Calibrated) -> dict[str, str | int]:
         "versions": json.dumps(versions()),
         "sha256": json.dumps({f"{r.name},{r.cylinder}": r.sha256 for r in done.records}),
     }
+
+
+def _beside(spec: Spec, path: Path) -> str:
+    """Where the spec lies, seen from the posterior's folder: effects of one's own stand there."""
+    return Path(os.path.relpath(spec.path.parent.resolve(), path.parent.resolve())).as_posix()
 
 
 def printed(found: Result, folder: Path, as_json: bool) -> str:

@@ -2,26 +2,40 @@
 
 import csv
 import dataclasses
+import gc
 import json
+import sys
+import tracemalloc
+import weakref
+from pathlib import Path
 from types import SimpleNamespace
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 import xarray as xr
-from rigs import MEMORY, NOMINAL
+from rigs import MEMORY, NOMINAL, effects
 
 from rigid.bands import bands
 from rigid.cli import Options
 from rigid.errors import InputError
 from rigid.posterior import save_posterior
-from rigid.smoothing import kept, paths
+from rigid.report.figures import Illustration
+from rigid.rig import build_rig
+from rigid.smoothing import kept, learning, paths
 from rigid.smoothing.budget import Line
-from rigid.smoothing.events import falls, turns
-from rigid.smoothing.field import Field, read_fields
+from rigid.smoothing.events import Fall, Turn, falls, turns
+from rigid.smoothing.field import BLOCK, Field, read_fields
+from rigid.smoothing.finished import Finished
+from rigid.smoothing.kalman import Filtered, Shown, Smoothed
 from rigid.smoothing.latent import calm
 from rigid.smoothing.laws import Law, read_law, read_laws
-from rigid.smoothing.learning import Learned
-from rigid.smoothing.run import Band, Bands
+from rigid.smoothing.learning import Learned, Sheet
+from rigid.smoothing.model import Calibration
+from rigid.smoothing.present import _thousandths
+from rigid.smoothing.run import Band, Bands, Way
+from rigid.smoothing.run import bands as run_bands
+from rigid.smoothing.smoother import Draws
 from rigid.spec import load_spec
 
 EFFECTS = ", ".join(f'"{name}"' for name in MEMORY)
@@ -218,9 +232,7 @@ def known_by_hand(load, kappa):
     mean[:, :, 0], mean[:, :, 2] = load[:, None], kappa[:, None]
     reading = np.zeros((len(load), 3))
     field = Field("press", "B", "", 0.0, 0.01, reading, reading)
-    return field, Learned(
-        movement._replace(rate=rate), reading, reading, 0.0, mean, mean, np.zeros(3)
-    )
+    return field, Learned(movement._replace(rate=rate), reading, reading, 0.0, mean, np.zeros(3))
 
 
 def test_falls_and_turns_of_a_record_known_by_hand():
@@ -237,29 +249,46 @@ def test_falls_and_turns_of_a_record_known_by_hand():
     ]
 
 
+def test_a_shut_valve_is_no_negative_zero():
+    assert [_thousandths(k) for k in (-1e-5, 0.12449, -0.2)] == ["0.000", "0.124", "-0.200"]
+
+
 # What is kept of a run
 
 
-def test_what_is_kept_comes_back_as_it_was(tmp_path):
-    field, learned = known_by_hand(np.arange(8.0), np.zeros(8))
-    line = Line("B", "peak load", "N", 1.0, 0.5, 1.5, 0.1 / 3.0, (0.1, None, 0.2, None, 0.3))
-    band = Band(np.ones((5, 29)) / 3.0, np.zeros((5, 29)))
+def test_what_was_learned_comes_back_as_it_was(tmp_path):
+    _, learned = known_by_hand(np.arange(8.0), np.zeros(8))
     under = ((learned,), (learned._replace(bound=2.0),))
-    test = paths.Test((field,), under[1], np.arange(29))
-    made = Bands("press", test.time, {"load_B": band}, (line,), test)
     path = tmp_path / "press.npz"
-    kept.save(path, "mark", kept.Kept(under, made))
-    found = kept.load(path, "mark", [field])
-    assert found.bands is not None
-    assert found.bands.budget == (line,)
-    assert found.bands.test.learned[0].bound == 2.0
-    np.testing.assert_array_equal(found.bands.time, test.time)
-    np.testing.assert_array_equal(found.bands.bands["load_B"].quantiles, band.quantiles)
-    np.testing.assert_array_equal(found.learned[0][0].movement.rate, learned.movement.rate)
-    assert found.learned[0][0].movement.steps == learned.movement.steps
-    assert kept.load(path, "other", [field]) == kept.Kept()
+    kept.save(path, "mark", under)
+    found = kept.load(path, "mark", 1)
+    assert [one.bound for (one,) in found] == [0.0, 2.0]
+    np.testing.assert_array_equal(found[0][0].movement.rate, learned.movement.rate)
+    np.testing.assert_array_equal(found[0][0].mean, learned.mean)
+    assert found[0][0].movement.steps == learned.movement.steps
+    assert kept.load(path, "other", 1) == ()
     path.write_bytes(path.read_bytes()[:100])
-    assert kept.load(path, "mark", [field]) == kept.Kept()
+    assert kept.load(path, "mark", 1) == ()
+
+
+def test_a_test_that_is_done_comes_back_as_it_was(tmp_path):
+    line = Line("B", "peak load", "N", 1.0, 0.5, 1.5, 0.1 / 3.0, (0.1, None, 0.2, None, 0.3))
+    done = Finished(
+        name="press",
+        cylinders=("A", "B"),
+        budget=(line,),
+        falls=(Fall("A", 1.0 / 3.0, 5e3, 1e3),),
+        turns=(Turn("B", 2.0, 0.12, 0.0),),
+        gaps={"load of press,A": 1.01},
+        sha256={"press,A": "ab"},
+        figures=(Illustration("fig-bands-press", "<svg/>", "caption", "alt"),),
+    )
+    path = tmp_path / "press.json"
+    kept.save_finished(path, "mark", done)
+    assert kept.load_finished(path, "mark") == done
+    assert kept.load_finished(path, "other") is None
+    path.write_bytes(path.read_bytes()[:100])
+    assert kept.load_finished(path, "mark") is None
 
 
 def test_another_seed_record_or_law_is_another_run():
@@ -274,6 +303,176 @@ def test_another_seed_record_or_law_is_another_run():
         kept.mark([field], [dataclasses.replace(law, values={"k_LC": np.zeros(3)})], 1),
     ]
     assert len({first, *others}) == 5
+
+
+# What is held while a run goes on
+
+
+def bands_by_hand(name):
+    """Bands of 3 s as a run would make them, and what they are held by."""
+    field, learned = known_by_hand(
+        np.where(np.arange(300) < 200, 50.0 * np.arange(300), 0.0), ZEROS
+    )
+    field = dataclasses.replace(field, name=name, known=np.ones((300, 3)))
+    test = paths.Test((field,), (learned,), np.arange(299 * 4 + 1), (learned.evidence,))
+    load = np.interp(test.time, 0.01 * np.arange(300), learned.mean[:, 0, 0])
+    band = np.stack([load + level for level in (-20.0, -10.0, 0.0, 10.0, 20.0)])
+    parts = np.full_like(band, 5.0)
+    names = ("load_B", "displacement_B", "kappa_B")
+    line = Line("B", "peak load", "N", 1.0, 0.5, 1.5, 0.1, (0.1, None, 0.2, None, 0.3))
+    return Bands(name, test.time, {n: Band(band, parts) for n in names}, (line,), test)
+
+
+ZEROS = np.zeros(300)
+
+
+def test_a_test_is_written_and_let_go_before_the_next(tmp_path, monkeypatch):
+    """Of three tests, none of the bands made before is alive as the next are made."""
+    names = ("press", "second", "third")
+    write_record(tmp_path / "press.csv")
+    write_posterior(tmp_path / "posterior.nc")
+    records = spec_text().split("[[records]]")
+    text = records[0] + "".join(
+        "[[records]]" + records[1].replace('"press"', f'"{name}"') for name in names
+    )
+    (tmp_path / "field.toml").write_text(text, encoding="utf-8")
+    made, alive = [], []
+
+    def mixed(under, *_):
+        gc.collect()
+        alive.append([one() is not None for one in made])
+        before = names[: len(made)]
+        assert all((tmp_path / "out" / "bands" / f"{n}-drops.svg").exists() for n in before)
+        found = bands_by_hand(under[0].test.fields[0].name)
+        made.append(weakref.ref(found))
+        return found
+
+    hand = known_by_hand(ZEROS, ZEROS)[1]
+    monkeypatch.setattr("rigid.smoothing.run.learned", lambda *_: (hand,))
+    monkeypatch.setattr("rigid.smoothing.run.bands", mixed)
+    options = Options(str(tmp_path / "field.toml"), tmp_path / "out", None, False, True, False)
+    assert bands(options) == 0
+    assert alive == [[], [False], [False, False]]
+    page = (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
+    assert all(f"Record {name}" in page for name in names)
+    assert not (tmp_path / "out" / "bands" / "unfinished").exists()
+
+
+class Flat:
+    """In place of the smoother: blocks of noise, as large as those of a run."""
+
+    def __init__(self, *given):
+        self.wide = given[1]
+
+    def block(self, number):
+        rng = np.random.default_rng(number)
+        shape = (self.wide, BLOCK, 4, 3)
+        series = rng.standard_normal(shape, dtype=np.float32).astype(float)
+        return Smoothed(series, series, series[..., 0, :], Shown(series, series**2, series, series))
+
+
+def peak_memory(monkeypatch, draws, blocks):
+    """Greatest memory that Python and NumPy take for bands of some blocks, in bytes."""
+    load = np.arange(blocks * BLOCK, dtype=float)
+    field, learned = known_by_hand(load, np.zeros(len(load)))
+    rows = np.arange(0, (len(load) - 1) * 4, 16)
+    test = paths.Test((field,), (learned,), rows, (learned.evidence,))
+    law = Law("memory", 1.0, (), {"k_LC": np.ones(draws), "gain[load,B]": np.zeros(draws)})
+    monkeypatch.setattr(paths, "Back", Flat)
+    monkeypatch.setattr(paths, "draws", lambda some, _: some.size)
+    tracemalloc.start()
+    try:
+        run_bands([Way(test, law)], 1, apart=False)
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+def test_memory_does_not_grow_with_draws(monkeypatch):
+    """Held until the end, the paths of 64 draws more would take 4 x 64 x 2048 x 3 numbers."""
+    few, many = (peak_memory(monkeypatch, draws, 16) for draws in (32, 96))
+    held = 4 * 64 * 2048 * 3 * 8
+    assert many - few < 0.1 * held
+
+
+def test_memory_of_a_longer_record_is_that_of_its_bands(monkeypatch):
+    """Twice the stretches take twice the bands (10 numbers of 3 quantities a row) and what was
+    learned, not twice the paths of all draws."""
+    short, long = (peak_memory(monkeypatch, 32, blocks) for blocks in (16, 32))
+    more = 16 * BLOCK
+    made, learned = 3 * 10 * 8 * more / 4, 12 * 8 * more + 8 * 3 * 8 * more
+    paths_of_all = 4 * 32 * 3 * 8 * more / 4
+    assert long - short < made + learned + 0.2 * paths_of_all
+
+
+# The stretch over which scales are compared
+
+
+def test_scales_are_compared_where_the_load_moves_most(monkeypatch):
+    asked, before = [], Filtered(*(jnp.zeros(1),) * 4)
+    monkeypatch.setattr(
+        learning, "last_state", lambda field, *_: asked.append(field.samples) or before
+    )
+    rng = np.random.default_rng(1)
+    blocks, first = 24, 5
+    load = np.zeros(blocks * BLOCK + 100)
+    load[first * BLOCK : (first + 16) * BLOCK] = 295.0 * rng.integers(0, 9, 16 * BLOCK)
+    reading = np.stack([load, 0 * load, 0 * load], axis=1)
+    field = Field("press", "B", "", 2.0, 0.01, reading, np.ones_like(reading))
+    nothing = jnp.zeros((3, 1))
+    centre = Draws(build_rig(effects(), NOMINAL), Calibration(nothing, nothing))
+    sheet = Sheet(np.ones(3), np.ones(3))
+    part, state = learning._liveliest(field, centre, sheet)
+    assert part.samples == 16 * BLOCK
+    assert part.first == pytest.approx(2.0 + 0.01 * first * BLOCK)
+    np.testing.assert_array_equal(part.reading[:, 0], load[first * BLOCK :][: 16 * BLOCK])
+    assert asked == [first * BLOCK]
+    assert state is before
+    short = field.cut(0, 16 * BLOCK)
+    assert learning._liveliest(short, centre, sheet) == (short, None)
+
+
+# Laws with effects of one's own
+
+
+OWN = """
+from typing import ClassVar
+
+from rigid.effects import AbstractEffect, Action
+from rigid.effects.base import lognormal, parameter
+
+
+class Drag(AbstractEffect):
+    drag: object = parameter("c_drag", "c", "N s/m", lognormal(1e3, 10.0), absent=0.0)
+
+    name: ClassVar[str] = "drag"
+    equation: ClassVar[str] = "plunger-momentum"
+    source: ClassVar[str] = "a test"
+
+    def __call__(self, state, own):
+        return Action(between=-self.drag * state.slip)
+"""
+
+
+def test_effects_of_ones_own_are_those_beside_the_fit(tmp_path):
+    """A law's posterior tells where its fit's spec lies; a file of the same name beside the spec of
+    the bands is another one."""
+    (tmp_path / "fits").mkdir()
+    (tmp_path / "fits" / "mine.py").write_text(OWN, encoding="utf-8")
+    (tmp_path / "mine.py").write_text("raise RuntimeError('the wrong file')\n", encoding="utf-8")
+    names = [*MEMORY, "mine:Drag"]
+    effects = ", ".join(f'"{name}"' for name in names)
+    write_posterior(tmp_path / "posterior.nc")
+    write_posterior(
+        tmp_path / "other.nc",
+        spec=spec_text(head=HEAD.replace(EFFECTS, effects)),
+        effects=names,
+        spec_folder="fits",
+    )
+    (tmp_path / "field.toml").write_text(spec_text(posterior=LAWS.format(0.3)), encoding="utf-8")
+    laws = read_laws(load_spec(tmp_path / "field.toml"), np.random.default_rng(1))
+    assert [effect.name for effect in laws[1].effects][-1] == "drag"
+    assert Path(sys.modules[laws[1].effects[-1].__module__].__file__).parent.name == "fits"
 
 
 # A whole run
@@ -361,7 +560,7 @@ def test_fields_are_read_with_both_ends(done):
 @pytest.mark.slow
 @pytest.mark.long
 def test_an_interrupted_run_goes_on_and_ends_the_same(done, monkeypatch):
-    """Stopped after the draws; the resumed run learns and draws nothing anew."""
+    """Stopped once its test is done; the resumed run learns and draws nothing anew."""
 
     def stop(*_):
         raise KeyboardInterrupt
@@ -369,13 +568,13 @@ def test_an_interrupted_run_goes_on_and_ends_the_same(done, monkeypatch):
     again = done.folder / "again"
     options = Options(str(done.folder / "field.toml"), again, None, False, True, False)
     with monkeypatch.context() as patch:
-        patch.setattr("rigid.smoothing.output.write_bands", stop)
+        patch.setattr("rigid.smoothing.output.write_json", stop)
         with pytest.raises(KeyboardInterrupt):
             bands(options)
     monkeypatch.setattr("rigid.smoothing.run.learned", stop)
     monkeypatch.setattr("rigid.smoothing.run.bands", stop)
     assert bands(dataclasses.replace(options, resume=True)) == 0
     assert not (again / "bands" / "unfinished").exists()
-    for name in ("press.csv", "press-parts.csv", "bands.json"):
+    for name in ("press.csv", "press-parts.csv", "press.svg", "press-drops.svg", "bands.json"):
         first, second = (folder / "bands" / name for folder in (done.out, again))
         assert first.read_bytes() == second.read_bytes(), name

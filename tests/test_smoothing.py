@@ -1,5 +1,7 @@
 """The smoother against a dense Gaussian, its steps against an ODE solver, and its parts alone."""
 
+from itertools import pairwise
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -14,6 +16,8 @@ from rigid.smoothing.interval import at_place, intervals
 from rigid.smoothing.kalman import Backward, Filtered, Run, Samples
 from rigid.smoothing.mixture import LEVELS, Mixture, Moments, quantiles
 from rigid.smoothing.model import Calibration, Reference
+from rigid.smoothing.run import _within
+from rigid.smoothing.states import States
 
 STEPS, SAMPLES = 2, 6
 INTERVAL = 0.01
@@ -296,6 +300,23 @@ def test_running_moments_are_those_of_all_rows():
     np.testing.assert_allclose(moments.variance, np.average((rows - mean) ** 2, 0, weights))
 
 
+# States on disk
+
+
+def test_states_come_back_from_disk_as_they_were(tmp_path):
+    rng = np.random.default_rng(3)
+    shapes = ((4, 10, 3), (4, 10, 10), (4, 10), (4,))
+    kept = [Filtered(*(jnp.asarray(rng.standard_normal(s)) for s in shapes)) for _ in range(3)]
+    states = States(tmp_path)
+    for one in kept:
+        states.append(one)
+    for number in (2, 0, 1):
+        for found, one in zip(states[number], kept[number], strict=True):
+            np.testing.assert_array_equal(found, one)
+    assert not list(tmp_path.iterdir()), "the file has a name that outlives the process"
+    states.close()
+
+
 # Budget
 
 
@@ -303,8 +324,9 @@ def test_the_numbers_of_the_budget_on_a_path_known_by_hand():
     time = np.arange(0.0, 10.0, 0.0025)
     load = np.where(time < 8.0, 1e4 * time, 0.0)[None]
     displacement = (0.008 * time)[None]
-    at = budget.windows(time, load[0])
-    found = budget.figures(time, load, displacement, at)[0]
+    tally = budget.Tally(budget.windows(time, load[0]))
+    tally.add(time, load, displacement, 0)
+    found = tally.figures()[0]
     peak = 1e4 * (8.0 - 0.0025)
     np.testing.assert_allclose(found[:2], peak, rtol=1e-9)
     assert found[2] == pytest.approx(0.5 * 8.0 * 8e4, rel=1e-3)
@@ -312,12 +334,48 @@ def test_the_numbers_of_the_budget_on_a_path_known_by_hand():
     assert found[4] == pytest.approx(1e4 / 0.008, rel=1e-9)
 
 
+@pytest.mark.parametrize("cuts", [(1500,), (2600, 3100), (400, 2990, 2991)])
+def test_the_budget_of_stretches_is_that_of_the_whole(cuts):
+    """Cuts in the rise, in the failure, and about the peak; equal peaks lie in two stretches."""
+    rng = np.random.default_rng(4)
+    time = np.arange(0.0, 10.0, 0.0025)
+    load = np.where(time < 7.5, 1e4 * time, 0.0) + 30.0 * rng.standard_normal((3, 4000))
+    load[2, [100, 3500]] = 9e4
+    displacement = 0.1 + 0.0008 * time + 1e-5 * rng.standard_normal((3, 4000))
+    at = budget.windows(time, np.where(time < 7.5, 1e4 * time, 0.0))
+    whole, parts = budget.Tally(at), budget.Tally(at)
+    whole.add(time, load, displacement, 0)
+    ends = [0, *cuts, 4000]
+    for first, last in list(pairwise(ends))[::-1]:
+        here = slice(first, last)
+        parts.add(time[here], load[:, here], displacement[:, here], first)
+    np.testing.assert_allclose(parts.figures(), whole.figures(), rtol=1e-8)
+    rise = at.rise
+    slope = [np.polyfit(x[rise], f[rise], 1)[0] for x, f in zip(displacement, load, strict=True)]
+    np.testing.assert_allclose(whole.figures()[:, 4], slope, rtol=1e-6)
+
+
+def test_noise_is_told_within_a_law():
+    """Errors are laid over each law's own mean: what lies between laws is model form, not noise.
+
+    Of two laws with sds 1 and 3 and probabilities 0.8 and 0.2, both of 2000 draws, the pooled
+    variance is 0.8 + 0.2 * 9 = 2.6; its sd is known to 1 / sqrt(2 * 2000 / 1.9) = 2 %.
+    """
+    rng = np.random.default_rng(6)
+    first, second = rng.standard_normal((2000, 5)), 500.0 + 3.0 * rng.standard_normal((2000, 5))
+    found = _within([first, second], [0.8 / 2000, 0.2 / 2000])
+    np.testing.assert_allclose(found, np.sqrt(2.6), rtol=0.08)
+    assert _within([first[:1], second[:1]], [0.8, 0.2]) is None
+
+
+SDS = np.arange(5.0)
+
+
 def test_model_form_is_the_spread_between_laws():
     values = np.tile(np.array([[1.0], [1.0], [3.0], [3.0]]), (1, 5))
-    listed = budget.lines(
-        "A", (values, np.ones(4)), (values, None, None, values), np.array([0, 0, 1, 1])
-    )
+    listed = budget.lines("A", (values, np.ones(4)), (SDS, None, None, SDS), np.array([0, 0, 1, 1]))
     assert listed[0].parts[3] == pytest.approx(1.0)
     assert listed[0].parts[1] is None
+    assert [line.parts[4] for line in listed] == list(SDS)
     one = budget.lines("A", (values, np.ones(4)), (None,) * 4, np.zeros(4))
     assert one[0].parts[3] is None

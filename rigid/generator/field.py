@@ -6,7 +6,7 @@ straight, and a valve that may be shut for a while: what a study of bands draws 
 sudden loss of contact area of Fig. 12.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,6 +20,11 @@ FINE = 4  # instants of the truth in one sampling interval
 STRENGTH = 1e6  # Pa, sigma_c of Fig. 12
 CONTACT_AREA = 0.1575  # m^2, S_Ice,0 of Fig. 12
 LASTING = (1e-3, 0.15)  # s, of a drop
+CYCLE = 90.0  # s, from one press of a long record to the next
+BEFORE, PRESSING = 8.0, 20.0  # s of rest before a press, and of the press
+BACK, RETURNING = 35.0, 20.0  # s from a press's beginning until the way back, and that
+PEAKS = (30e3, 120e3)  # N, of the presses of a long record
+PUSHED_BACK = 18e3  # N on the plate on the way back: more than friction, so that no oil is sucked
 
 
 @dataclass(frozen=True)
@@ -66,6 +71,39 @@ def field_test(
     kappa = float(rng.choice(list(FIELD_FRACTIONS.values())) * np.exp(0.1 * rng.standard_normal()))
     run = Run("field", "field", "A", duration, valve, kappa=kappa, ice=knots)
     return record(rig, friction, sensors, run, (drops, rng), hidden)
+
+
+def press_by_press(
+    rig: Rig,
+    friction: Friction,
+    sensors: dict[str, Sensor],
+    rng: np.random.Generator,
+    presses: int,
+) -> FieldTest:
+    """Draw a long record: press after press, CYCLE s apart, each a load as in `field_test`.
+
+    The ice fails at the end of each press; the valve is shut, the plunger pushed back with the
+    valve to the tank at the flow with which it came, and the valve shut until the next. Cylinders
+    drawn with generators of their own press at the same times.
+    """
+    kappa = float(rng.choice(list(FIELD_FRACTIONS.values())) * np.exp(0.1 * rng.standard_normal()))
+    times, loads, valve, drops = [0.0], [0.0], [], []
+    for number in range(presses):
+        begin = CYCLE * number + BEFORE
+        (knots, heights), fell = _load(rng, PRESSING)
+        factor = rng.uniform(*PEAKS) / max(heights)
+        back = begin + BACK
+        times += [begin + t for t in knots]
+        times += [back - 2.0, back - 1.0, back + RETURNING + 1.0, back + RETURNING + 2.0]
+        loads += [*(factor * h for h in heights), 0.0, PUSHED_BACK, PUSHED_BACK, 0.0]
+        drops += [replace(d, begin=begin + d.begin, end=begin + d.end) for d in fell]
+        valve += [Switch(begin, "shut"), Switch(begin + PRESSING, "open"), Switch(back, "shut")]
+        valve += [Switch(back + RETURNING, "tank")]
+    duration = CYCLE * presses
+    valve.append(Switch(duration, "shut"))
+    ice = (*times, duration), (*loads, 0.0)
+    run = Run("field", "field", "A", duration, tuple(valve), kappa, -kappa, ice=ice)
+    return record(rig, friction, sensors, run, (tuple(drops), rng))
 
 
 def contact_loss(

@@ -32,11 +32,13 @@ class BudgetRow:
 class FieldContent:
     """One field test.
 
-    - shown: for the figures; budget: its rows; files: (name, what it holds) written for it
+    - record: its name; figures: as drawn; budget: its rows
     - events: sentences on falls of the load and movements of the valve
+    - files: (name, what it holds) written for it
     """
 
-    shown: FieldShown
+    record: str
+    figures: tuple[Illustration, ...]
     budget: tuple[BudgetRow, ...]
     events: tuple[str, ...]
     files: tuple[tuple[str, str], ...]
@@ -46,7 +48,8 @@ class FieldContent:
 class BandsContent:
     """The section on bands, complete.
 
-    - heads: names of the parts of the budget; posterior: file the draws come from
+    - heads: names of the parts of the budget
+    - draws: of all laws together; laws: how many there are; posterior: files the draws come from
     """
 
     title: str
@@ -56,24 +59,25 @@ class BandsContent:
     heads: tuple[str, ...]
     records: tuple[FieldContent, ...]
     draws: int
+    laws: int
     posterior: str
     command: str
     version: str
     seed: int
 
 
-def illustrations(record: FieldContent, simulated: bool) -> list[Illustration]:
+def illustrations(shown: FieldShown, simulated: bool) -> list[Illustration]:
     """The figures of one record: the whole test, and its drops seen close."""
-    name = re.sub(r"[^A-Za-z0-9]+", "-", record.shown.record)
+    name = re.sub(r"[^A-Za-z0-9]+", "-", shown.record)
     whole = Illustration(
         f"fig-bands-{name}",
-        svg(field_figure(record.shown, simulated), f"fig-bands-{name}"),
-        f"Record {record.shown.record}: ice load, displacement of the plate and κ, median with the "
+        svg(field_figure(shown, simulated), f"fig-bands-{name}"),
+        f"Record {shown.record}: ice load, displacement of the plate and κ, median with the "
         "bands that hold 50 and 90 %. Dotted: movements of the valve found in the record. Below: "
         "what the uncertainty of the load is made of, as standard deviations.",
-        f"Ice load, displacement and kappa over time with bands, record {record.shown.record}",
+        f"Ice load, displacement and kappa over time with bands, record {shown.record}",
     )
-    close = drops_figure(record.shown, simulated)
+    close = drops_figure(shown, simulated)
     if close is None:
         return [whole]
     key = f"fig-bands-drops-{name}"
@@ -82,17 +86,13 @@ def illustrations(record: FieldContent, simulated: bool) -> list[Illustration]:
         "the plate moved since the left edge; the band is that of the displacement itself, so it "
         "has width there, too."
     )
-    alt = f"Ice load and displacement about the drops of record {record.shown.record}"
+    alt = f"Ice load and displacement about the drops of record {shown.record}"
     return [whole, Illustration(key, svg(close, key), caption, alt)]
 
 
 def section(content: BandsContent) -> Section:
     """The section as HTML; the same content gives the same bytes."""
-    figures = [illustrations(record, content.simulated) for record in content.records]
-    template = environment().get_template("bands.html.j2")
-    html = template.render(
-        content=content, records=list(zip(content.records, figures, strict=True))
-    )
+    html = environment().get_template("bands.html.j2").render(content=content)
     return Section(NAME, ORDER, "Ice load and displacement", html, content.title, content.simulated)
 
 

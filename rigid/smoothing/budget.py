@@ -56,25 +56,57 @@ def windows(time: np.ndarray, load: np.ndarray) -> Windows:
     return Windows(slice(int(around[0]), int(around[1]) + 1), slice(*(int(b) for b in before)))
 
 
-def figures(
-    time: np.ndarray, load: np.ndarray, displacement: np.ndarray, at: Windows
-) -> np.ndarray:
-    """The numbers of FIGURES for paths (draws, times); gives (draws, 5)."""
-    rows = np.arange(len(load))
-    peak = np.argmax(load, axis=1)
-    x, f = displacement[:, at.rise], load[:, at.rise]
-    off = x - x.mean(axis=1, keepdims=True)
-    slope = np.sum(off * f, axis=1) / np.maximum(np.sum(off**2, axis=1), 1e-30)
-    return np.stack(
-        [
-            load[rows, peak],
-            load[:, at.failure].max(axis=1),
-            np.trapezoid(load, time, axis=1),
-            displacement[rows, peak],
-            slope,
-        ],
-        axis=1,
-    )
+class Tally:
+    """The numbers of FIGURES of some draws, gathered over stretches from the last to the first.
+
+    - `at`: where failure and rise are among all times.
+    """
+
+    def __init__(self, at: Windows):
+        self._at = at
+        self._peak: np.ndarray | None = None
+        self._later: tuple[float, np.ndarray] | None = None
+        self._sums = np.zeros((5, 1))
+
+    def add(self, time: np.ndarray, load: np.ndarray, displacement: np.ndarray, first: int) -> None:
+        """Take in a stretch of the paths (draws, times) that begins at place `first`."""
+        rows, peak = np.arange(len(load)), np.argmax(load, axis=1)
+        top = np.stack([load[rows, peak], displacement[rows, peak]])
+        failure = _greatest(load[:, _within(self._at.failure, first, len(time))])
+        area = np.trapezoid(load, time, axis=1)
+        if self._peak is None or self._later is None:
+            self._peak, self._failure, self._impulse = top, failure, area
+            self._about = np.stack([displacement[:, :1], load[:, :1]])
+        else:
+            # The first of equal peaks counts, and stretches come from the last.
+            self._peak = np.where(top[0] >= self._peak[0], top, self._peak)
+            self._failure = np.maximum(self._failure, failure)
+            between = 0.5 * (self._later[0] - time[-1]) * (load[:, -1] + self._later[1])
+            self._impulse = self._impulse + area + between
+        self._later = float(time[0]), load[:, 0].copy()  # a view would hold the whole stretch
+        rise = _within(self._at.rise, first, len(time))
+        x, f = (p[:, rise] - o for p, o in zip((displacement, load), self._about, strict=True))
+        ones = np.ones_like(x)
+        self._sums = self._sums + np.stack([p.sum(axis=1) for p in (ones, x, f, x * x, x * f)])
+
+    def figures(self) -> np.ndarray:
+        """Return the numbers of FIGURES, (draws, 5)."""
+        assert self._peak is not None  # something was added
+        n, x, f, xx, xf = self._sums
+        n = np.maximum(n, 1.0)
+        slope = (xf - x * f / n) / np.maximum(xx - x * x / n, 1e-30)
+        parts = (self._peak[0], self._failure, self._impulse, self._peak[1], slope)
+        return np.stack(parts, axis=1)
+
+
+def _within(window: slice, first: int, count: int) -> slice:
+    """The part of a window that lies in `count` places from `first` on, counted from there."""
+    low, high = (min(max(end - first, 0), count) for end in (window.start, window.stop))
+    return slice(low, high)
+
+
+def _greatest(load: np.ndarray) -> np.ndarray:
+    return load.max(axis=1, initial=-np.inf)
 
 
 @dataclass(frozen=True)
@@ -124,8 +156,8 @@ def lines(
 ) -> list[Line]:
     """Make the budget of one place.
 
-    - `everything`: (draws, 5) and weights (draws,). - `parts`: (draws, 5) of noise, sensors, rig
-      and own movement, or None. - `laws` (draws,): which law each draw is of.
+    - `everything`: (draws, 5) and weights (draws,). - `parts`: standard uncertainties (5,) of
+      noise, sensors, rig and own movement, or None. - `laws` (draws,): which law each draw is of.
     """
     values, weight = everything
     out = []
@@ -135,7 +167,7 @@ def lines(
         q05, median, q95 = np.interp((0.05, 0.5, 0.95), share, values[order, i])
         mean = np.average(values[:, i], weights=weight)
         combined = np.sqrt(np.average((values[:, i] - mean) ** 2, weights=weight))
-        noise, sensors, rig, own = (None if p is None else float(np.std(p[:, i])) for p in parts)
+        noise, sensors, rig, own = (None if p is None else float(p[i]) for p in parts)
         form = _between(values[:, i], weight, laws)
         out.append(
             Line(place, name, unit, float(median), float(q05), float(q95), float(combined),

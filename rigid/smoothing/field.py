@@ -60,10 +60,14 @@ class Field:
         """Name and cylinder, as in results."""
         return f"{self.name},{self.cylinder}"
 
-    def padded(self, values: np.ndarray) -> np.ndarray:
-        """Values (samples, ...) followed by zeros up to whole blocks."""
-        room = self.blocks * BLOCK - self.samples
-        return np.pad(values, ((0, room), *((0, 0),) * (values.ndim - 1)))
+    def cut(self, first: int, last: int) -> "Field":
+        """Return the samples from `first` to before `last`."""
+        return dataclasses.replace(
+            self,
+            first=self.first + first * self.interval,
+            reading=self.reading[first:last],
+            known=self.known[first:last],
+        )
 
 
 def make_field(record: Record, spread: Mapping[str, float]) -> Field:

@@ -83,16 +83,31 @@ def read_laws(spec: Spec, rng: np.random.Generator) -> tuple[Law, ...]:
         return (read_law(spec, spec.bands.posterior, rng),)
     laws = []
     for path, probability in spec.bands.sources:
-        model = _body(path, load_posterior(path)).model
-        law = read_law(spec.model_copy(update={"model": model}), path, rng)
+        tree = load_posterior(path)
+        model = _body(path, tree).model
+        law = read_law(spec.model_copy(update={"model": model}), path, rng, _fit_folder(path, tree))
         laws.append(dataclasses.replace(law, weight=probability))
     return tuple(laws)
 
 
-def read_law(spec: Spec, path: Path, rng: np.random.Generator) -> Law:
+def some(law: Law, spec: Spec, rng: np.random.Generator) -> Law:
+    """Pick as many draws of a law as the spec asks for, or all there are."""
+    assert spec.bands is not None  # `read_laws` has refused that
+    return law.only(rng.choice(law.size, min(spec.bands.draws, law.size), replace=False))
+
+
+def _fit_folder(path: Path, tree: xr.DataTree) -> Path | None:
+    """Folder of the spec that a posterior is of, if it is told and still there."""
+    told = tree.attrs.get("spec_folder")
+    folder = None if told is None else path.parent / str(told)
+    return folder if folder is not None and folder.is_dir() else None
+
+
+def read_law(spec: Spec, path: Path, rng: np.random.Generator, folder: Path | None = None) -> Law:
     """Read the law of a spec's rig from a posterior.
 
-    - `rng`: draws gains and zeros of sensors that the posterior does not know.
+    - `rng`: draws gains and zeros of sensors that the posterior does not know. - `folder`: beside
+      which effects of one's own are looked up; None: beside the spec.
 
     Raises InputError where the posterior is not one of this rig and its effects.
     """
@@ -102,7 +117,8 @@ def read_law(spec: Spec, path: Path, rng: np.random.Generator) -> Law:
     if "constant_data" in tree.children:
         for name, known in tree["constant_data"].to_dataset().data_vars.items():
             values[str(name)] = np.atleast_1d(np.asarray(known.values, dtype=float))
-    law = Law("/".join(spec.model.effects), 1.0, chosen_effects(spec), values)
+    at = spec if folder is None else spec.model_copy(update={"path": folder / spec.path.name})
+    law = Law("/".join(spec.model.effects), 1.0, chosen_effects(at), values)
     return dataclasses.replace(law, values=values | _unknown_sensors(spec, law, rng))
 
 

@@ -8,8 +8,17 @@ import numpy as np
 
 from rigid.smoothing import latent, quantised
 from rigid.smoothing.field import BLOCK, Field
+from rigid.smoothing.kalman import Filtered
 from rigid.smoothing.latent import Movement
-from rigid.smoothing.smoother import STEPS, Draws, Evidence, filtered, smooth, smoothed
+from rigid.smoothing.smoother import (
+    STEPS,
+    Draws,
+    Evidence,
+    filtered,
+    last_state,
+    smooth,
+    smoothed,
+)
 
 FACTORS = (8.0, 3.0, 1.7)
 """By which each scale is tried up and down, round by round; a round that moves goes on."""
@@ -19,14 +28,21 @@ PASSES = 2
 """Passes of variational Bayes for each round of candidates."""
 
 LAST_PASSES = 6
+FIRST_PASSES = 3
+"""More passes where the intervals begin calm."""
+
 CANDIDATES = 8
+
+SEARCHED = 16
+"""Blocks, 82 s at 100 Hz, over which scales are compared: of a longer record the stretch in which
+the load's readings change most often. There, thousands of intervals tell three numbers."""
 
 
 class Learned(NamedTuple):
     """What the record says before draws are told apart.
 
     - `movement`: law and intervals. - `reading`, `variance` (samples, 3): readings as Gaussians.
-    - `bound`: of the log-evidence. - `mean`, `sd` (samples, steps, 3): load, displacement, kappa.
+    - `bound`: of the log-evidence. - `mean` (samples, steps, 3): load, displacement, kappa.
     - `gap` (3,): root mean square of the readings' residuals over noise and rounding.
     """
 
@@ -35,7 +51,6 @@ class Learned(NamedTuple):
     variance: np.ndarray
     bound: float
     mean: np.ndarray
-    sd: np.ndarray
     gap: np.ndarray
 
     @property
@@ -66,24 +81,52 @@ def learn(
 
     - `centre`: one draw. - `report`: is told each pass.
     """
-    reading, variance = field.reading, quantised.plain(field.reading, *sheet)
+    part, start = _liveliest(field, centre, sheet)
+    reading, variance = part.reading, quantised.plain(part.reading, *sheet)
     scale = np.tile(np.array(latent.START), (CANDIDATES, 1))
-    movement = latent.calm(field.samples, STEPS, scale)
+    movement = latent.calm(part.samples, STEPS, scale)
     best, at = movement, 0
     for number in range(ROUNDS):
         trial = movement if number == 0 else _around(best, FACTORS[at])
-        for _ in range(PASSES + 3 * (number == 0)):
-            done = one_pass(field, centre, (reading, variance), trial)
+        for _ in range(PASSES + FIRST_PASSES * (number == 0)):
+            done = one_pass(part, centre, (reading, variance), trial, start)
             trial = done.movement
             report(1)
         won = int(np.argmax(done.bound))
-        reading, variance = quantised.expanded(field.reading, done.read[won], *sheet)
+        reading, variance = quantised.expanded(part.reading, done.read[won], *sheet)
         best = _only(trial, won)
         if won == 0 and number > 0:
             at += 1
             if at == len(FACTORS):
                 break
-    return _final(field, centre, sheet, (reading, variance), best)
+    if part is field:
+        return _final(field, centre, sheet, ((reading, variance), best, LAST_PASSES), report)
+    read = field.reading, quantised.plain(field.reading, *sheet)
+    calm = latent.calm(field.samples, STEPS, best.scale)
+    begun = read, calm, LAST_PASSES + FIRST_PASSES
+    return _final(field, centre, sheet, begun, report)
+
+
+def _liveliest(field: Field, centre: Draws, sheet: Sheet) -> tuple[Field, Filtered | None]:
+    """The stretch over which scales are compared, and what is known before it.
+
+    What is known before it is filtered with the scales from which learning begins; it is forgotten
+    within seconds.
+    """
+    if field.blocks <= SEARCHED:
+        return field, None
+    changed = np.diff(field.reading[:, 0], prepend=0.0) != 0.0
+    count = np.add.reduceat(changed.astype(int), np.arange(0, field.samples, BLOCK))
+    sums = np.convolve(count, np.ones(SEARCHED, dtype=int), "valid")
+    first = int(np.argmax(sums)) * BLOCK
+    part = field.cut(first, first + SEARCHED * BLOCK)
+    if first == 0:
+        return part, None
+    before = field.cut(0, first)
+    calm = latent.calm(before.samples, STEPS, np.array(latent.START))
+    plain = quantised.plain(before.reading, *sheet)
+    state = last_state(before, centre, Evidence(before.reading, plain, calm.variances))
+    return part, state
 
 
 def _around(best: Movement, factor: float) -> Movement:
@@ -111,46 +154,57 @@ def _repeated(movement: Movement, count: int) -> Movement:
 
 
 def one_pass(
-    field: Field, draws: Draws, read: tuple[np.ndarray, np.ndarray], movement: Movement
+    field: Field,
+    draws: Draws,
+    read: tuple[np.ndarray, np.ndarray],
+    movement: Movement,
+    start: Filtered | None = None,
 ) -> Pass:
-    """Smooth once for every candidate and take in what moved."""
+    """Smooth once for every candidate and take in what moved, block by block."""
     evidence = Evidence(*read, movement.variances)
-    begins = filtered(field, draws, evidence, None)
-    found: list[tuple[np.ndarray, ...]] = []
-    for _, block in smoothed(field, draws, evidence, None, begins):
-        found.append(tuple(map(np.asarray, (block.moved, block.moved_variance, block.read))))
-    moved, moved_variance, sensed = (
-        np.concatenate(part[::-1], axis=1)[:, : field.samples] for part in zip(*found, strict=True)
-    )
+    begins = filtered(field, draws, evidence, None, start)
+    ways = len(np.atleast_1d(begins[-1].evidence))
+    rate, seen, sensed = (np.zeros((ways, field.samples, 3)) for _ in range(3))
+    for first, block in smoothed(field, draws, evidence, None, begins):
+        here = slice(first, min(first + BLOCK, field.samples))
+        size = here.stop - first
+        moved, spread = np.asarray(block.moved), np.asarray(block.moved_variance)
+        taken = latent.updated(movement, moved[:, :size], spread[:, :size])
+        rate[:, here], seen[:, here] = taken.rate, taken.seen
+        sensed[:, here] = np.asarray(block.read)[:, :size]
     value = latent.bound(movement, np.asarray(begins[-1].evidence))
-    return Pass(latent.updated(movement, moved, moved_variance), value, sensed)
+    return Pass(movement._replace(rate=rate, seen=seen), value, sensed)
 
 
 def _final(
     field: Field,
     centre: Draws,
     sheet: Sheet,
-    read: tuple[np.ndarray, np.ndarray],
-    best: Movement,
+    begun: tuple[tuple[np.ndarray, np.ndarray], Movement, int],
+    report: Callable[[int], None],
 ) -> Learned:
-    """Go on with the scales that were found until the intervals have settled."""
+    """Go on with the scales that were found until the intervals have settled.
+
+    - `begun`: readings as Gaussians, the movement so far, and how many passes to make.
+    """
+    read, best, passes = begun
     movement = _repeated(best, 1)
-    for _ in range(LAST_PASSES):
+    for _ in range(passes):
         used, done = movement, one_pass(field, centre, read, movement)
         movement = done.movement
         read = quantised.expanded(field.reading, done.read[0], *sheet)
+        report(1)
     off = (field.reading - done.read[0]) ** 2 / quantised.plain(field.reading, *sheet)
     gap = np.sqrt(np.sum(off * field.known, axis=0) / np.maximum(field.known.sum(axis=0), 1.0))
-    mean, variance = _told(field, centre, Evidence(*read, used.variances))
-    return Learned(_only(used, 0), *read, float(done.bound[0]), mean, np.sqrt(variance), gap)
+    mean = _told(field, centre, Evidence(*read, used.variances))
+    return Learned(_only(used, 0), *read, float(done.bound[0]), mean, gap)
 
 
-def _told(field: Field, centre: Draws, evidence: Evidence) -> tuple[np.ndarray, np.ndarray]:
-    """Mean and variance of what is shown of one draw, (samples, steps, 3)."""
-    mean, variance = (np.zeros((field.blocks * BLOCK, STEPS, 3)) for _ in range(2))
+def _told(field: Field, centre: Draws, evidence: Evidence) -> np.ndarray:
+    """Mean of what is shown of one draw, (samples, steps, 3)."""
+    mean = np.zeros((field.blocks * BLOCK, STEPS, 3))
     keys = jax.random.split(jax.random.key(0), 1)
     for first, block in smooth(field, centre, evidence, keys):
         assert block.shown is not None  # there are keys
         mean[first : first + BLOCK] = block.shown.mean[0]
-        variance[first : first + BLOCK] = block.shown.variance[0]
-    return mean[: field.samples], variance[: field.samples]
+    return mean[: field.samples]

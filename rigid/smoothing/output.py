@@ -9,7 +9,7 @@ import numpy as np
 
 from rigid.files import replacing, write_text
 from rigid.smoothing.budget import FIGURES, PARTS, Line
-from rigid.smoothing.events import falls, turns
+from rigid.smoothing.finished import Finished
 from rigid.smoothing.paths import UNITS
 from rigid.smoothing.run import PART_NAMES, Bands
 
@@ -54,14 +54,11 @@ def _write(path: Path, head: Sequence[str], table: tuple[np.ndarray, list[np.nda
                 file.write(f"{t:.4f}," + ",".join(f"{v:.6g}" for v in row) + "\n")
 
 
-def checks(all_found: Iterable[Bands]) -> list[tuple[str, bool, str]]:
+def checks(all_found: Iterable[Finished]) -> list[tuple[str, bool, str]]:
     """What must hold for the bands to be used: name, whether it does, what was found."""
-    worst, at = 0.0, ""
-    for found in all_found:
-        for field, learned in zip(found.test.fields, found.test.learned, strict=True):
-            for quantity, gap in zip(("load", "stroke", "pressure"), learned.gap, strict=True):
-                if gap > worst:
-                    worst, at = float(gap), f"{quantity} of {field.label}"
+    gaps = {place: gap for found in all_found for place, gap in found.gaps.items()}
+    at = max(gaps, key=gaps.__getitem__)
+    worst = gaps[at]
     said = (
         f"readings lie {worst:.2f} times noise and rounding from what the rig explains, at worst, "
         f"in {at} (limit {MOST_GAP})"
@@ -70,7 +67,7 @@ def checks(all_found: Iterable[Bands]) -> list[tuple[str, bool, str]]:
 
 
 def as_dict(
-    spec_name: str, simulated: bool, seed: int, all_found: Sequence[Bands]
+    spec_name: str, simulated: bool, seed: int, all_found: Sequence[Finished]
 ) -> dict[str, Any]:
     """Everything but the series, for programs."""
     listed = checks(all_found)
@@ -82,12 +79,11 @@ def as_dict(
         "checks": [{"name": n, "ok": bool(ok), "says": says} for n, ok, says in listed],
         "records": {found.name: _record(found) for found in all_found},
         "seed": seed,
-        "sha256": {f.label: f.sha256 for found in all_found for f in found.test.fields},
+        "sha256": {place: mark for found in all_found for place, mark in found.sha256.items()},
     }
 
 
-def _record(found: Bands) -> dict[str, Any]:
-    pairs = list(zip(found.test.fields, found.test.learned, strict=True))
+def _record(found: Finished) -> dict[str, Any]:
     return {
         "budget": [
             {
@@ -97,9 +93,15 @@ def _record(found: Bands) -> dict[str, Any]:
             }
             for line in found.budget
         ],
-        "falls": [vars(fall) for f, one in pairs for fall in falls(f, one)],
-        "valve": [vars(turn) for f, one in pairs for turn in turns(f, one)],
+        "falls": [vars(fall) for fall in found.falls],
+        "valve": [vars(turn) for turn in found.turns],
     }  # fmt: skip
+
+
+def write_figures(folder: Path, found: Finished) -> None:
+    """Write each figure of a test as `<record>.svg`, `<record>-drops.svg`."""
+    for name, figure in zip((found.name, f"{found.name}-drops"), found.figures, strict=False):
+        write_text(folder / f"{name}.svg", figure.drawing + "\n")
 
 
 def write_json(path: Path, content: dict[str, Any]) -> str:
@@ -109,7 +111,7 @@ def write_json(path: Path, content: dict[str, Any]) -> str:
     return text
 
 
-def table(all_found: Sequence[Bands]) -> str:
+def table(all_found: Sequence[Finished]) -> str:
     """The budgets as text: a line a number, then its parts in the same unit."""
     lines = [f"{'record':12}{'place':7}{'quantity':28}{'unit':6}" + _heads()]
     for found in all_found:

@@ -1,20 +1,25 @@
 """What a batch of draws says of a test: load, displacement and kappa, by cylinder and in total."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import jax
 import numpy as np
+from jax import Array
 
 from rigid.smoothing.field import BLOCK, Field
+from rigid.smoothing.kalman import Smoothed
 from rigid.smoothing.laws import Law, draws
 from rigid.smoothing.learning import Learned
 from rigid.smoothing.model import KAPPA, LATENT_SCALES, LOAD
-from rigid.smoothing.smoother import STEPS, smooth
+from rigid.smoothing.smoother import STEPS, Back, Evidence, Keeping
 
-BATCH, SHORT_BATCH, SHORT = 8, 32, 5_000
-"""Draws in one compiled program, and in that of records up to SHORT samples: the more the cheaper
-is a draw, but all of them are in memory at once."""
+BATCH, SMALL_BATCH = 32, 8
+"""Draws in one compiled program, and where there are no more than twice as many as in the small
+one: the more the cheaper is a draw, but what a stretch is found to be is in memory for all."""
+
+STRETCH = 8
+"""Blocks, 41 s at 100 Hz, that all draws go through before the next ones are looked at."""
 
 FINE_UP_TO = 20_000
 """Samples up to which every step between samples is told; of longer records only the steps of
@@ -57,22 +62,27 @@ class Path(NamedTuple):
 class Test(NamedTuple):
     """The cylinders of one field test, what was learned of each, and the times that are told.
 
-    - `rows` (times,): steps since the first sample.
+    - `rows` (times,): steps since the first sample. - `evidence`: of each, for the smoother.
     """
 
     fields: tuple[Field, ...]
     learned: tuple[Learned, ...]
     rows: np.ndarray
-
-    @property
-    def batch(self) -> int:
-        """Draws that are smoothed together."""
-        return SHORT_BATCH if self.fields[0].samples <= SHORT else BATCH
+    evidence: tuple[Evidence, ...]
 
     @property
     def time(self) -> np.ndarray:
         """Times that are told [s], on the clock of the file."""
         return self.fields[0].first + self.rows * self.fields[0].interval / STEPS
+
+    @property
+    def middle(self) -> dict[str, np.ndarray]:
+        """Load [N] at the posterior's centre at the told times, by cylinder, and in total."""
+        loads = {
+            field.cylinder: one.mean[..., 0].reshape(-1)[self.rows]
+            for field, one in zip(self.fields, self.learned, strict=True)
+        }
+        return loads | {"total": np.sum(list(loads.values()), axis=0)}
 
 
 def told(fields: Sequence[Field], learned: Sequence[Learned]) -> np.ndarray:
@@ -91,41 +101,67 @@ def told(fields: Sequence[Field], learned: Sequence[Learned]) -> np.ndarray:
     return np.flatnonzero(fine.reshape(-1)[: last + 1])
 
 
-def quantities(test: Test, law: Law, rng: np.random.Generator) -> Mapping[str, Path]:
-    """Smooth a test for a batch of draws, at most `test.batch`; by name, such as `load_A`.
+def batch_of(law: Law) -> int:
+    """How many draws of a law are smoothed together."""
+    return SMALL_BATCH if law.size <= 2 * SMALL_BATCH else BATCH
 
-    With two cylinders `load_total` is the sum, `displacement_mean` the plate's middle and `tilt`
-    how far the first cylinder's end is ahead of the second's.
+
+def stretches(test: Test) -> Iterator[slice]:
+    """Give the stretches of a test, from the last to the first, as places among its rows."""
+    count = test.fields[0].blocks
+    for first in range(0, count, STRETCH)[::-1]:
+        ends = np.array([first, min(first + STRETCH, count)]) * BLOCK * STEPS
+        low, high = np.searchsorted(test.rows, ends)
+        yield slice(int(low), int(high))
+
+
+class Going:
+    """A batch of draws on its way back over a test, stretch by stretch; see `smoother.Back`.
+
+    - `test`; `law`: with the draws of the batch. - `seeds`: of each cylinder, that of its simulated
+      errors. - `wide`: draws smoothed together, no fewer than the law has.
     """
-    out: dict[str, Path] = {}
-    for field, learned in zip(test.fields, test.learned, strict=True):
-        seed = int(rng.integers(2**31))
-        parts = _cylinder(field, law, learned, (seed, test.batch, test.rows))
-        for name, part in zip(("load", "displacement", "kappa"), parts, strict=True):
-            out[f"{name}_{field.cylinder}"] = part
-    if len(test.fields) == 2:
-        a, b = (f.cylinder for f in test.fields)
-        out["load_total"] = out[f"load_{a}"].plus(out[f"load_{b}"])
-        both = out[f"displacement_{a}"], out[f"displacement_{b}"]
-        out["displacement_mean"] = both[0].plus(both[1]).times(0.5)
-        out["tilt"] = both[0].plus(both[1], -1.0)
-    return out
 
+    def __init__(self, test: Test, law: Law, seeds: Sequence[int], wide: int, keeping: Keeping):
+        self._test, self._count, self._wide = test, law.size, wide
+        self._left = test.fields[0].blocks
+        padded = law.only(np.minimum(np.arange(wide), law.size - 1))
+        self._back = [
+            Back(field, draws(padded, field), evidence, _keys(seed, wide), keeping)
+            for field, evidence, seed in zip(test.fields, test.evidence, seeds, strict=True)
+        ]
 
-def _cylinder(
-    field: Field, law: Law, learned: Learned, run: tuple[int, int, np.ndarray]
-) -> list[Path]:
-    """Load, displacement and kappa of one cylinder; `run`: seed, draws together, rows."""
-    seed, batch, rows = run
-    count = law.size
-    padded = law.only(np.minimum(np.arange(batch), count - 1))
-    keys = jax.random.split(jax.random.key(seed), batch)
-    found = np.zeros((4, count, len(rows), 3))
-    for first, block in smooth(field, draws(padded, field), learned.evidence, keys):
-        here = (rows >= first * STEPS) & (rows < (first + BLOCK) * STEPS)
-        inside = rows[here] - first * STEPS
+    def stretch(self) -> Mapping[str, Path]:
+        """Smooth the next stretch towards the beginning; gives its told rows by name.
+
+        Names are such as `load_A`. With two cylinders `load_total` is the sum, `displacement_mean`
+        the plate's middle and `tilt` how far the first cylinder's end is ahead of the second's.
+        """
+        last, self._left = self._left, STRETCH * ((self._left - 1) // STRETCH)
+        out: dict[str, Path] = {}
+        names = [f.cylinder for f in self._test.fields]
+        for cylinder, back in zip(names, self._back, strict=True):
+            found = [self._told(back.block(n), n) for n in range(self._left, last)[::-1]]
+            whole = np.concatenate(found[::-1], axis=2)
+            for i, name in enumerate(("load", "displacement", "kappa")):
+                out[f"{name}_{cylinder}"] = Path(*whole[..., i])
+        if len(names) == 2:
+            a, b = names
+            out["load_total"] = out[f"load_{a}"].plus(out[f"load_{b}"])
+            both = out[f"displacement_{a}"], out[f"displacement_{b}"]
+            out["displacement_mean"] = both[0].plus(both[1]).times(0.5)
+            out["tilt"] = both[0].plus(both[1], -1.0)
+        return out
+
+    def _told(self, block: Smoothed, number: int) -> np.ndarray:
+        """What is shown of a block at its told rows, (4, draws, rows, 3)."""
         assert block.shown is not None  # there are keys
-        for i, part in enumerate(block.shown):
-            flat = np.asarray(part).reshape(batch, -1, 3)
-            found[i][:, here] = flat[:count][:, inside]
-    return [Path(*found[..., i]) for i in range(3)]
+        ends = np.array([number, number + 1]) * BLOCK * STEPS
+        low, high = np.searchsorted(self._test.rows, ends)
+        inside = self._test.rows[low:high] - ends[0]
+        flat = (np.asarray(part).reshape(self._wide, -1, 3) for part in block.shown)
+        return np.stack([part[: self._count, inside] for part in flat])
+
+
+def _keys(seed: int, wide: int) -> Array:
+    return jax.random.split(jax.random.key(seed), wide)

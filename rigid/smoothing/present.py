@@ -8,17 +8,42 @@ import numpy as np
 from rigid import __version__
 from rigid.plots.bands import Banded, FieldShown
 from rigid.plots.metrology import significant
-from rigid.report.bands import BandsContent, BudgetRow, FieldContent
+from rigid.report.bands import BandsContent, BudgetRow, FieldContent, illustrations
 from rigid.report.content import Check
 from rigid.smoothing.budget import PARTS
-from rigid.smoothing.events import falls, turns
+from rigid.smoothing.events import Fall, Turn, falls, turns
+from rigid.smoothing.finished import Finished
+from rigid.smoothing.model import QUANTITIES
 from rigid.smoothing.output import unit
 from rigid.smoothing.run import Bands
 from rigid.spec import Spec
 from rigid.spec.values import BandsSpec
 
 
-def content(spec: Spec, made: dict[str, Any], found: Sequence[Bands], draws: int) -> BandsContent:
+def finished(found: Bands, simulated: bool) -> Finished:
+    """Draw the figures of a test and keep what is told of it; its series are let go."""
+    pairs = list(zip(found.test.fields, found.test.learned, strict=True))
+    dropped = tuple(fall for f, one in pairs for fall in falls(f, one))
+    moved = tuple(turn for f, one in pairs for turn in turns(f, one))
+    return Finished(
+        name=found.name,
+        cylinders=tuple(f.cylinder for f in found.test.fields),
+        budget=found.budget,
+        falls=dropped,
+        turns=moved,
+        gaps={
+            f"{quantity} of {f.label}": float(gap)
+            for f, one in pairs
+            for quantity, gap in zip(QUANTITIES, one.gap, strict=True)
+        },
+        sha256={f.label: f.sha256 for f in found.test.fields},
+        figures=tuple(illustrations(shown(found, dropped, moved), simulated)),
+    )
+
+
+def content(
+    spec: Spec, made: dict[str, Any], found: Sequence[Finished], draws: int
+) -> BandsContent:
     """Gather the section; `made` is what goes to JSON."""
     assert spec.bands is not None  # the command has asked for it
     return BandsContent(
@@ -29,6 +54,7 @@ def content(spec: Spec, made: dict[str, Any], found: Sequence[Bands], draws: int
         heads=PARTS,
         records=tuple(_record(one) for one in found),
         draws=draws,
+        laws=len(spec.bands.sources),
         posterior=_posteriors(spec.bands),
         command=f"python -m rigid.bands {spec.path.stem}",
         version=__version__,
@@ -43,34 +69,44 @@ def _posteriors(named: BandsSpec) -> str:
     return ", ".join(f"{path.parent.name}/{path.name} ({p:.3g})" for path, p in named.sources)
 
 
-def _record(found: Bands) -> FieldContent:
+def _record(found: Finished) -> FieldContent:
     rows = tuple(BudgetRow(**vars(line)) for line in found.budget)
+    drawn = (
+        (f"bands/{found.name}.svg", "the whole test"),
+        (f"bands/{found.name}-drops.svg", "its greatest drops"),
+    )
     files = (
+        *drawn[: len(found.figures)],
         (f"bands/{found.name}.csv", "median and quantiles over time"),
         (f"bands/{found.name}-parts.csv", "standard deviations over time by their cause"),
     )
-    return FieldContent(shown(found), rows, _events(found), files)
+    return FieldContent(found.name, found.figures, rows, _events(found), files)
 
 
-def _events(found: Bands) -> tuple[str, ...]:
+def _events(found: Finished) -> tuple[str, ...]:
     out = []
-    for field, learned in zip(found.test.fields, found.test.learned, strict=True):
-        for turn in turns(field, learned):
+    for cylinder in found.cylinders:
+        for turn in (turn for turn in found.turns if turn.cylinder == cylinder):
             out.append(
-                f"Cylinder {turn.cylinder}: the valve moved at {turn.time:.2f} s, κ went from "
-                f"{turn.before:.3f} to {turn.after:.3f}."
+                f"Cylinder {cylinder}: the valve moved at {turn.time:.2f} s, κ went from "
+                f"{_thousandths(turn.before)} to {_thousandths(turn.after)}."
             )
-        dropped = falls(field, learned)
+        dropped = [fall for fall in found.falls if fall.cylinder == cylinder]
         if dropped:
             told = ", ".join(
                 f"{significant(f.before, 'N')} to {significant(f.after, 'N')} at {f.time:.2f} s"
                 for f in dropped
             )
-            out.append(f"Cylinder {field.cylinder}: the load fell from {told}.")
+            out.append(f"Cylinder {cylinder}: the load fell from {told}.")
     return tuple(out)
 
 
-def shown(found: Bands) -> FieldShown:
+def _thousandths(kappa: float) -> str:
+    """To three places; a shut valve is no negative zero."""
+    return f"{round(kappa, 3) + 0.0:.3f}"
+
+
+def shown(found: Bands, dropped: Sequence[Fall], moved: Sequence[Turn]) -> FieldShown:
     """What the figures of a record show."""
 
     def banded(*names: str) -> tuple[Banded, ...]:
@@ -82,11 +118,8 @@ def shown(found: Bands) -> FieldShown:
 
     cylinders = [f.cylinder for f in found.test.fields]
     loads = banded(*(f"load_{c}" for c in cylinders), "load_total")
-    pairs = list(zip(found.test.fields, found.test.learned, strict=True))
-    dropped = [fall for f, one in pairs for fall in falls(f, one)]
-    dropped.sort(key=lambda fall: fall.after - fall.before)
     instants: list[float] = []
-    for fall in dropped:
+    for fall in sorted(dropped, key=lambda fall: fall.after - fall.before):
         if all(abs(fall.time - other) > 0.2 for other in instants):
             instants.append(fall.time)
     return FieldShown(
@@ -99,15 +132,11 @@ def shown(found: Bands) -> FieldShown:
             (f.cylinder, f.first + f.interval * np.arange(f.samples), _known(f.reading, f.known))
             for f in found.test.fields
         ),
-        parts=tuple(zip(PARTS, _load_parts(found, loads[-1].place), strict=True)),
+        parts=tuple(zip(PARTS, found.bands[f"load_{loads[-1].place}"].parts, strict=True)),
         falls=tuple(instants),
-        turns=tuple((t.cylinder, t.time) for f, one in pairs for t in turns(f, one)),
+        turns=tuple((turn.cylinder, turn.time) for turn in moved),
     )
 
 
 def _known(reading: np.ndarray, known: np.ndarray) -> np.ndarray:
     return np.where(known[:, 0] > 0, reading[:, 0], np.nan)
-
-
-def _load_parts(found: Bands, place: str) -> np.ndarray:
-    return found.bands[f"load_{place}"].parts

@@ -6,19 +6,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rigid.smoothing.budget import Bodies, Line, Windows, bodies, figures, lines, windows
+from rigid.smoothing.budget import Line, Tally, Windows, bodies, lines, windows
 from rigid.smoothing.field import Field
 from rigid.smoothing.laws import Law, draws, sheet
 from rigid.smoothing.learning import Learned, learn
-from rigid.smoothing.mixture import Mixture, Moments, quantiles
-from rigid.smoothing.paths import Path, Test, quantities, told
+from rigid.smoothing.mixture import LEVELS, Mixture, Moments, quantiles
+from rigid.smoothing.paths import Going, Path, Test, batch_of, stretches, told
+from rigid.smoothing.smoother import NOWHERE, Keeping
 from rigid.spec import Spec
-
-DRAWS = 128
-"""Draws of the posterior in a band."""
 
 PART_DRAWS = 24
 """Draws for each part of the budget that is told apart."""
+
+ALONE = ("sensors", "rig")
+"""Parts that take draws of their own."""
 
 PART_NAMES = ("noise", "sensors", "rig", "form", "own")
 """Parts of the variance at every time, as `budget.PARTS` orders them."""
@@ -72,107 +73,125 @@ def learned(
 def bands(
     ways: Sequence[Way],
     seed: int,
-    report: Callable[[int], None] = lambda _: None,
+    keeping: Keeping = NOWHERE,
     apart: bool = True,
 ) -> Bands:
     """Mix the draws of all laws into bands, and take the uncertainty apart.
 
-    - `ways`: the test under each law, weights summing to 1; all tell the same times. - `report`: is
-      told each batch. - `apart`: whether rig and sensors are told apart, which takes more draws.
+    All draws go back over a record together, a stretch at a time, so that what grows with them is a
+    few numbers each: the state of the rig, and those of the budget.
+
+    - `ways`: the test under each law, weights summing to 1; all tell the same times. - `keeping`:
+      where states go, and who is told of each block. - `apart`: whether rig and sensors are told
+      apart, which takes more draws.
     """
     rng = np.random.default_rng([seed, 5])
-    best = max(ways, key=lambda way: way.law.weight)
-    gathering = _Gathering(best.test)
-    for number, (test, law) in enumerate(ways):
-        for batch in _batches(law, test.batch):
-            gathering.whole(quantities(test, batch, rng), law.weight / law.size, number)
-            report(1)
-    centre = best.law.centre()
-    for part in ("sensors", "rig") if apart else ():
-        some = best.law.only(np.arange(min(PART_DRAWS, best.law.size)))
-        alone = centre.with_sensors_of(some) if part == "sensors" else some.with_sensors_of(centre)
-        for batch in _batches(alone, best.test.batch):
-            gathering.part(part, quantities(best.test, batch, rng))
-            report(1)
+    best = _best(ways)
+    test, time = best.test, best.test.time
+    sources = []
+    for batch in _batches(ways, apart):
+        seeds = [int(rng.integers(2**31)) for _ in test.fields]
+        going = Going(batch.way.test, batch.way.law, seeds, batch_of(batch.of), keeping)
+        sources.append((batch, going))
+    tallies = _Tallies(time, {p: windows(time, load) for p, load in test.middle.items()})
+    made: dict[str, Band] = {}
+    for where in stretches(test):
+        for name, band in _stretch(sources, tallies, where).items():
+            if name not in made:
+                made[name] = Band(*(np.empty((len(LEVELS), len(time))) for _ in range(2)))
+            made[name].quantiles[:, where] = band.quantiles
+            made[name].parts[:, where] = band.parts
+    return Bands(test.fields[0].name, time, made, tallies.finished(sources), test)
+
+
+def _stretch(
+    sources: "Sequence[tuple[_Batch, Going]]", tallies: "_Tallies", where: slice
+) -> dict[str, Band]:
+    """Take all draws over the next stretch, one batch after another."""
+    gathering = _Gathering()
+    for number, (batch, going) in enumerate(sources):
+        found = going.stretch()
+        if where.stop > where.start:
+            gathering.take(batch, found)
+            tallies.take(number, batch, found, where)
+        del found  # before the next batch is made
     return gathering.finished()
 
 
-def passes(ways: Sequence[Way]) -> int:
-    """How many batches `bands` goes through."""
-    best = max(ways, key=lambda way: way.law.weight)
-    parts = 2 * -(-min(PART_DRAWS, best.law.size) // best.test.batch)
-    return sum(-(-way.law.size // way.test.batch) for way in ways) + parts
+def blocks(ways: Sequence[Way], apart: bool = True) -> int:
+    """How many blocks `bands` goes through, forward and back."""
+    once = sum(2 * field.blocks - 1 for field in ways[0].test.fields)
+    return once * len(list(_batches(ways, apart)))
 
 
-def _batches(law: Law, batch: int) -> Iterator[Law]:
+def _best(ways: Sequence[Way]) -> Way:
+    return max(ways, key=lambda way: way.law.weight)
+
+
+class _Batch(NamedTuple):
+    """Draws that are smoothed together: of `way`, some of the draws of `of`.
+
+    - `part`: what alone varies, or "" where everything does. - `weight`: of each draw. - `law`: its
+      number.
+    """
+
+    way: Way
+    of: Law
+    part: str
+    weight: float
+    law: int
+
+
+def _batches(ways: Sequence[Way], apart: bool) -> Iterator[_Batch]:
+    """All draws, batch by batch: those of the bands, then those of the parts."""
+    for number, (test, law) in enumerate(ways):
+        for one in _parted(law):
+            yield _Batch(Way(test, one), law, "", law.weight / law.size, number)
+    if not apart:
+        return
+    best = _best(ways)
+    centre, some = best.law.centre(), best.law.only(np.arange(min(PART_DRAWS, best.law.size)))
+    for part in ALONE:
+        alone = centre.with_sensors_of(some) if part == "sensors" else some.with_sensors_of(centre)
+        for one in _parted(alone):
+            yield _Batch(Way(best.test, one), alone, part, 1.0, 0)
+
+
+def _parted(law: Law) -> Iterator[Law]:
+    batch = batch_of(law)
     for first in range(0, law.size, batch):
         yield law.only(np.arange(first, min(first + batch, law.size)))
 
 
 class _Gathering:
-    """Running sums over draws; nothing grows with their number but the budget's few numbers."""
+    """Running sums over the draws of a stretch; they do not grow with their number."""
 
-    def __init__(self, test: Test):
-        self.test, self.time = test, test.time
+    def __init__(self) -> None:
         self.mixtures: dict[str, dict[int, Mixture]] = {}
         self.sums: dict[tuple[str, str], Moments] = {}
-        self.figures: dict[tuple[str, str], list[np.ndarray]] = {}
-        self.weights: list[float] = []
-        self.laws: list[int] = []
-        self.windows: dict[str, Windows] = {}
 
-    def whole(self, found: Mapping[str, Path], weight: float, law: int) -> None:
-        """Take in a batch of draws in which everything varies; `weight` of each draw."""
+    def take(self, batch: _Batch, found: Mapping[str, Path]) -> None:
+        """Take in a batch of draws in which everything varies, or one part alone."""
         for name, path in found.items():
-            mixture = self.mixtures.setdefault(name, {}).setdefault(law, Mixture())
-            mixture.add(path.mean, path.variance, weight)
-            self._sum(name, "mean", path.mean, weight)
-            self._sum(name, f"law {law}", path.mean, weight)
-            self._sum(name, "smoothed", path.variance, weight)
-            self._sum(name, "noise", path.noise**2, weight)
-        for body in bodies(found):
-            self._figures(body, found)
-        count = len(next(iter(found.values())).mean)
-        self.weights += [weight] * count
-        self.laws += [law] * count
-
-    def part(self, part: str, found: Mapping[str, Path]) -> None:
-        """Take in a batch in which one part alone varies."""
-        for name, path in found.items():
-            self._sum(name, part, path.mean, 1.0)
-        for body in bodies(found):
-            self._figure(body, part, found[body.load].mean, found[body.displacement].mean)
+            if batch.part:
+                self._sum(name, batch.part, path.mean, 1.0)
+                continue
+            mixture = self.mixtures.setdefault(name, {}).setdefault(batch.law, Mixture())
+            mixture.add(path.mean, path.variance, batch.weight)
+            self._sum(name, "mean", path.mean, batch.weight)
+            self._sum(name, f"law {batch.law}", path.mean, batch.weight)
+            self._sum(name, "smoothed", path.variance, batch.weight)
+            self._sum(name, "noise", path.noise**2, batch.weight)
 
     def _sum(self, name: str, part: str, values: np.ndarray, weight: float) -> None:
         self.sums.setdefault((name, part), Moments()).add(values, weight)
 
-    def _figures(self, body: Bodies, found: Mapping[str, Path]) -> None:
-        load, place = found[body.load], found[body.displacement]
-        if body.place not in self.windows:
-            self.windows[body.place] = windows(self.time, load.mean.mean(axis=0))
-        all_load = load.mean + load.own + load.noise
-        self._figure(body, "all", all_load, place.mean + place.own + place.noise)
-        middle = load.mean.mean(axis=0), place.mean.mean(axis=0)
-        self._figure(body, "noise", middle[0] + load.noise, middle[1] + place.noise)
-        self._figure(body, "own", middle[0] + load.own, middle[1] + place.own)
-
-    def _figure(self, body: Bodies, part: str, load: np.ndarray, place: np.ndarray) -> None:
-        found = figures(self.time, load, place, self.windows[body.place])
-        self.figures.setdefault((body.place, part), []).append(found)
-
-    def finished(self) -> Bands:
-        """Put everything together."""
-        made = {
+    def finished(self) -> dict[str, Band]:
+        """Bands of every quantity in this stretch."""
+        return {
             name: Band(quantiles(list(mixtures.values())), self._parts(name))
             for name, mixtures in self.mixtures.items()
         }
-        weight, laws = np.array(self.weights), np.array(self.laws)
-        listed = []
-        for place in self.windows:
-            rows = {p: np.concatenate(v) for (w, p), v in self.figures.items() if w == place}
-            parts = tuple(rows.get(p) for p in ("noise", "sensors", "rig", "own"))
-            listed += lines(place, (rows["all"], weight), parts, laws)
-        return Bands(self.test.fields[0].name, self.time, made, tuple(listed), self.test)
 
     def _parts(self, name: str) -> np.ndarray:
         """Standard deviations by PART_NAMES, (5, times)."""
@@ -185,8 +204,72 @@ class _Gathering:
             total = sum(m.weight for m in each)
             form = sum((m.weight * (m.mean - overall) ** 2 for m in each), start=form) / total
         nothing = Moments(squares=np.zeros_like(noise))
-        alone = [self.sums.get((name, p), nothing).variance for p in ("sensors", "rig")]
+        alone = [self.sums.get((name, p), nothing).variance for p in ALONE]
         return np.sqrt(np.stack([noise, *alone, form, smoothed - noise]))
+
+
+class _Tallies:
+    """The budget of a test while its stretches go by: a few numbers a draw.
+
+    - `time`: all told times. - `at`: the windows of each place.
+    """
+
+    def __init__(self, time: np.ndarray, at: Mapping[str, Windows]):
+        self.time, self.at = time, at
+        self.tallies: dict[tuple[str, str, int], Tally] = {}
+
+    def take(self, number: int, batch: _Batch, found: Mapping[str, Path], where: slice) -> None:
+        """Take in a stretch of batch `number`."""
+        for body in bodies(found):
+            load, place = found[body.load], found[body.displacement]
+            if batch.part:
+                self._add((body.place, batch.part, number), load.mean, place.mean, where)
+                continue
+            whole = load.mean + load.own + load.noise
+            self._add(
+                (body.place, "all", number), whole, place.mean + place.own + place.noise, where
+            )
+            middle = load.mean.mean(axis=0), place.mean.mean(axis=0)
+            for part in ("noise", "own"):
+                off, moved = getattr(load, part), getattr(place, part)
+                self._add((body.place, part, number), middle[0] + off, middle[1] + moved, where)
+
+    def _add(
+        self, key: tuple[str, str, int], load: np.ndarray, displacement: np.ndarray, where: slice
+    ) -> None:
+        tally = self.tallies.setdefault(key, Tally(self.at[key[0]]))
+        tally.add(self.time[where], load, displacement, where.start)
+
+    def finished(self, sources: Sequence[tuple[_Batch, Going]]) -> tuple[Line, ...]:
+        """Budgets of all places."""
+        batches = [batch for batch, _ in sources]
+        whole = [b for b in batches if not b.part]
+        weight = np.repeat([b.weight for b in whole], [b.way.law.size for b in whole])
+        laws = np.repeat([b.law for b in whole], [b.way.law.size for b in whole])
+        out: list[Line] = []
+        for place in dict.fromkeys(key[0] for key in self.tallies):
+            rows: dict[str, list[np.ndarray]] = {}
+            for (where, part, _), tally in self.tallies.items():
+                if where == place:
+                    rows.setdefault(part, []).append(tally.figures())
+            alone = [np.std(np.concatenate(rows[p]), 0) if p in rows else None for p in ALONE]
+            noise, own = (_within(rows[p], [b.weight for b in whole]) for p in ("noise", "own"))
+            parts = (noise, *alone, own)
+            out += lines(place, (np.concatenate(rows["all"]), weight), parts, laws)
+        return tuple(out)
+
+
+def _within(batches: Sequence[np.ndarray], weights: Sequence[float]) -> np.ndarray | None:
+    """Sd (5,) about the mean of each batch (draws, 5); None where no batch has two draws.
+
+    Errors are laid over the mean path of their batch, which differs from law to law and a little
+    from batch to batch.
+    """
+    count = sum(w * (len(rows) - 1) for w, rows in zip(weights, batches, strict=True))
+    if count == 0.0:
+        return None
+    squares = [w * np.sum((r - r.mean(0)) ** 2, 0) for w, r in zip(weights, batches, strict=True)]
+    return np.sqrt(np.sum(squares, axis=0) / count)
 
 
 def ways(
@@ -196,5 +279,6 @@ def ways(
     rows = [told(fields, one) for one in found]
     every = rows[0] if len(rows) == 1 else np.unique(np.concatenate(rows))
     return tuple(
-        Way(Test(tuple(fields), one, every), law) for one, law in zip(found, laws, strict=True)
+        Way(Test(tuple(fields), one, every, tuple(each.evidence for each in one)), law)
+        for one, law in zip(found, laws, strict=True)
     )

@@ -1,6 +1,8 @@
 """A record through the smoother: forward over its blocks and back again."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterator
+from itertools import islice
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -15,6 +17,7 @@ from rigid.smoothing.field import BLOCK, NODE, Field, node_places, reference
 from rigid.smoothing.interval import Interval, intervals
 from rigid.smoothing.kalman import Backward, Filtered, Run, Samples, Smoothed
 from rigid.smoothing.model import LATENT_SCALES, Calibration, Reference, nodes, scales, shown
+from rigid.smoothing.states import States
 
 STEPS = 4
 """Steps from one sample to the next: the load is told every 2.5 ms at 100 Hz."""
@@ -43,6 +46,19 @@ class Evidence(NamedTuple):
     reading: np.ndarray
     variance: np.ndarray
     moves: np.ndarray
+
+
+class Keeping(NamedTuple):
+    """Where states are kept on the way, and who is told of each block, forward and back.
+
+    - `folder`: of their file; None: where the system keeps such files.
+    """
+
+    folder: Path | None
+    report: Callable[[int], None]
+
+
+NOWHERE = Keeping(None, lambda _: None)
 
 
 @eqx.filter_jit
@@ -79,15 +95,66 @@ def _wide(tree: Any, ways: int) -> Any:
     )
 
 
-def filtered(field: Field, draws: Draws, evidence: Evidence, keys: Array | None) -> list[Filtered]:
+def filtered(
+    field: Field,
+    draws: Draws,
+    evidence: Evidence,
+    keys: Array | None,
+    start: Filtered | None = None,
+) -> list[Filtered]:
     """Filter a record for a batch of draws: the state before each block and after the last.
 
-    - `keys` (draws, ...): of the simulated errors, or None where there are to be none.
+    - `keys` (draws, ...): of the simulated errors, or None where there are to be none. - `start`:
+      what is known before the first sample, where the field is part of a record.
     """
-    out = [_start(draws, keys, _ways(evidence))]
-    for run in _runs(field, draws, evidence, keys, range(field.blocks)):
+    ways = _ways(evidence)
+    out = [_start(draws, keys, ways) if start is None else _wide(start, ways)]
+    for run in _runs(field, draws, evidence, keys):
         out.append(kalman.forward(out[-1], run))
     return out
+
+
+def last_state(field: Field, draws: Draws, evidence: Evidence) -> Filtered:
+    """Filter a record without simulated errors; gives what is known after its last block."""
+    state = _start(draws, None, _ways(evidence))
+    for run in _runs(field, draws, evidence, None):
+        state = kalman.forward(state, run)
+    return state
+
+
+class Back:
+    """A batch of draws on its way back over a record, block by block.
+
+    Between two blocks it holds what the later samples say, and no series. The states before each
+    block are filtered when it is made, and kept on disk.
+    """
+
+    def __init__(
+        self,
+        field: Field,
+        draws: Draws,
+        evidence: Evidence,
+        keys: Array | None,
+        keeping: Keeping = NOWHERE,
+    ):
+        self._given, self._report = (field, draws, evidence, keys), keeping.report
+        state, self._begins = _start(draws, keys, _ways(evidence)), States(keeping.folder)
+        self._begins.append(state)
+        for run in islice(_runs(*self._given), field.blocks - 1):
+            state = kalman.forward(state, run)
+            self._begins.append(state)
+            keeping.report(1)
+        self._later = Backward(jnp.zeros_like(state.mean), jnp.zeros_like(state.covariance))
+        self._path = reference(field)
+
+    def block(self, number: int) -> Smoothed:
+        """Smooth block `number`, each once, from the last to the first: (draws, samples, ...)."""
+        run = _run(*self._given, self._path, number)
+        self._later, found = kalman.backward(self._later, self._begins[number], run)
+        self._report(1)
+        if number == 0:
+            self._begins.close()
+        return found
 
 
 def smooth(
@@ -97,10 +164,9 @@ def smooth(
 
     Yields the first sample of each block and (draws, samples, ...) arrays, padded in the last.
     """
-    begins = [_start(draws, keys, _ways(evidence))]
-    for run in _runs(field, draws, evidence, keys, range(field.blocks - 1)):
-        begins.append(kalman.forward(begins[-1], run))
-    yield from smoothed(field, draws, evidence, keys, begins)
+    back = Back(field, draws, evidence, keys)
+    for number in range(field.blocks)[::-1]:
+        yield number * BLOCK, back.block(number)
 
 
 def smoothed(
@@ -108,48 +174,54 @@ def smoothed(
 ) -> Iterator[tuple[int, Smoothed]]:
     """Go back over a record, as `smooth` does; `begins`: what is known before each block."""
     later = Backward(jnp.zeros_like(begins[0].mean), jnp.zeros_like(begins[0].covariance))
-    order = range(field.blocks)[::-1]
-    runs = _runs(field, draws, evidence, keys, order)
-    for number, run in zip(order, runs, strict=True):
+    path = reference(field)
+    for number in range(field.blocks)[::-1]:
+        run = _run(field, draws, evidence, keys, path, number)
         later, found = kalman.backward(later, begins[number], run)
         yield number * BLOCK, found
 
 
-def _runs(
-    field: Field, draws: Draws, evidence: Evidence, keys: Array | None, order: Iterable[int]
-) -> Iterator[Run]:
-    """Everything of some blocks for a batch of draws, in the order in which they are asked for."""
-    path, blocks = reference(field), _blocks(field, evidence)
-    for number in order:
-        here = slice(number * BLOCK // NODE, (number + 1) * BLOCK // NODE + 1)
-        part = Reference(*(jnp.asarray(p[here]) for p in path))
-        table = _wide(_tables(draws, part, field.interval / STEPS), _ways(evidence))
-        moves = np.zeros((table.step.shape[0], BLOCK, 3))
-        given = evidence.moves[..., number * BLOCK : (number + 1) * BLOCK, :]
-        moves[:, : given.shape[-2]] = given
-        yield Run(blocks[number], jnp.asarray(moves), table, keys)
+def _runs(field: Field, draws: Draws, evidence: Evidence, keys: Array | None) -> Iterator[Run]:
+    """Everything of each block for a batch of draws, from the first to the last."""
+    path = reference(field)
+    for number in range(field.blocks):
+        yield _run(field, draws, evidence, keys, path, number)
+
+
+def _run(
+    field: Field,
+    draws: Draws,
+    evidence: Evidence,
+    keys: Array | None,
+    path: Reference,
+    number: int,
+) -> Run:
+    """Everything of block `number` for a batch of draws; `path`: of the whole record."""
+    here = slice(number * BLOCK // NODE, (number + 1) * BLOCK // NODE + 1)
+    part = Reference(*(jnp.asarray(p[here]) for p in path))
+    table = _wide(_tables(draws, part, field.interval / STEPS), _ways(evidence))
+    moves = np.zeros((table.step.shape[0], BLOCK, 3))
+    given = evidence.moves[..., number * BLOCK : (number + 1) * BLOCK, :]
+    moves[:, : given.shape[-2]] = given
+    return Run(_block(field, evidence, number), jnp.asarray(moves), table, keys)
 
 
 def _ways(evidence: Evidence) -> int:
     return evidence.moves.shape[0] if evidence.moves.ndim == 3 else 1
 
 
-def _blocks(field: Field, evidence: Evidence) -> list[Samples]:
-    place = node_places()
-    reading, variance, known = (
-        field.padded(v) for v in (evidence.reading, evidence.variance, field.known)
+def _block(field: Field, evidence: Evidence, number: int) -> Samples:
+    """Readings of a block, padded with none."""
+    index = np.arange(number * BLOCK, (number + 1) * BLOCK)
+
+    def part(values: np.ndarray) -> Array:
+        found = values[index[0] : index[-1] + 1]
+        return jnp.asarray(np.pad(found, ((0, BLOCK - len(found)), (0, 0))))
+
+    return Samples(
+        place=jnp.asarray(node_places()),
+        reading=part(evidence.reading),
+        variance=part(evidence.variance),
+        known=part(field.known),
+        number=jnp.asarray(index),
     )
-    out = []
-    for number in range(field.blocks):
-        here = slice(number * BLOCK, (number + 1) * BLOCK)
-        index = np.arange(number * BLOCK, (number + 1) * BLOCK)
-        out.append(
-            Samples(
-                jnp.asarray(place),
-                jnp.asarray(reading[here]),
-                jnp.asarray(variance[here]),
-                jnp.asarray(known[here]),
-                jnp.asarray(index),
-            )
-        )
-    return out

@@ -137,7 +137,7 @@ class SamplerSpec(Value):
     r_hat: Annotated[Real, Field(gt=1.0)] = 1.01
     ess: Annotated[Real, Field(gt=0.0)] = 1000.0
     max_steps: Annotated[Whole, Field(ge=100)] = 20000
-    block: Annotated[Whole, Field(ge=10)] = 100
+    block: Annotated[Whole, Field(ge=10)] = 50
 
     @model_validator(mode="after")
     def two_blocks(self) -> "SamplerSpec":
@@ -157,10 +157,14 @@ class BandsLawSpec(Value):
 
 
 class BandsSpec(Value):
-    """What bands are made from: one posterior, or several laws with their probabilities."""
+    """What bands are made from: one posterior, or several laws with their probabilities.
+
+    - `draws`: of each posterior.
+    """
 
     posterior: Path | None = None
     laws: tuple[BandsLawSpec, ...] = ()
+    draws: Annotated[Whole, Field(ge=8)] = 128
 
     @model_validator(mode="after")
     def one_way(self) -> "BandsSpec":

@@ -4,7 +4,19 @@ import numpy as np
 import pytest
 
 from rigid.generator.draw import draw
-from rigid.generator.field import CONTACT_AREA, STRENGTH, Drop, contact_loss, field_test
+from rigid.generator.field import (
+    BACK,
+    BEFORE,
+    CONTACT_AREA,
+    CYCLE,
+    PRESSING,
+    RETURNING,
+    STRENGTH,
+    Drop,
+    contact_loss,
+    field_test,
+    press_by_press,
+)
 
 
 @pytest.fixture(scope="module")
@@ -54,3 +66,19 @@ def test_fig_12_loses_its_part_of_the_contact(plant):
     assert found.load.max() == pytest.approx(full)
     assert found.load[-1] == pytest.approx(0.6 * full)
     assert found.run.kappa == 1.0
+
+
+@pytest.mark.slow
+def test_a_long_record_comes_back_to_where_it_began(plant):
+    """Each press ends in failure and its flow goes back: a press's stroke, some 0.1 to 0.2 m, is
+    undone to within a millimetre (the pump gives less against a load), and no oil is sucked in."""
+    made = press_by_press(*plant, np.random.default_rng(2), 1)
+    time = made.time[::4]
+    assert time[-1] == pytest.approx(CYCLE)
+    stroke, pressure = made.readings["stroke"], made.readings["pressure"]
+    pressing = (time > BEFORE) & (time < BEFORE + PRESSING)
+    assert stroke[pressing].max() > 0.05
+    assert np.abs(stroke[time > BEFORE + BACK + RETURNING + 3.0]).max() < 2e-3
+    assert pressure.min() > -6.0 * (plant[2]["pressure"].noise + plant[2]["pressure"].step)
+    assert made.drops[-1].part == 1.0
+    assert BEFORE < made.drops[0].begin < made.drops[-1].end < BEFORE + PRESSING

@@ -52,8 +52,8 @@ def rows_of(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
-def plant_of(values: dict, steps: dict):
-    """The generator's rig, friction and sensors with one draw's numbers."""
+def plant_of(values: dict, steps: dict, cylinder: str = "A"):
+    """The generator's rig, friction and sensors of a cylinder with one draw's numbers."""
     from rigid.generator.friction import Friction
     from rigid.generator.plant import Rig
     from rigid.generator.sensors import Sensor
@@ -61,11 +61,24 @@ def plant_of(values: dict, steps: dict):
     rig = Rig(**{n: values[n] for n in Rig.__dataclass_fields__})
     friction = Friction(values["mu"], values["mu_branch[1]"], values["tau_branch[1]"],
                         values["mu_branch[2]"], values["tau_branch[2]"])  # fmt: skip
-    sensors = {
-        q: Sensor(1.0 + values[f"gain[{q},A]"], values[f"zero[{q},A]"], values[f"noise[{q},A]"], s)
-        for q, s in steps.items()
-    }
+    sensors = {}
+    for q, step in steps.items():
+        gain, zero, noise = (values[f"{n}[{q},{cylinder}]"] for n in ("gain", "zero", "noise"))
+        sensors[q] = Sensor(1.0 + gain, zero, noise, step)
     return rig, friction, sensors
+
+
+def field_test_of(spec, law, cylinder: str, rng, presses: int):
+    """A test of one cylinder: a long record of some presses, or one of DURATION where there are 0.
+
+    The rig is the first draw of the law, the same for both cylinders.
+    """
+    from rigid.generator.field import field_test, press_by_press
+    from rigid.smoothing.model import QUANTITIES
+
+    true = {k: float(v[0]) for k, v in law.values.items()}
+    plant = plant_of(true, {q: spec.sensors[q].step for q in QUANTITIES}, cylinder)
+    return press_by_press(*plant, rng, presses) if presses else field_test(*plant, rng, DURATION)
 
 
 def constant_friction(law):

@@ -48,6 +48,7 @@ def options() -> argparse.Namespace:
     parser.add_argument("--wide-friction", action="store_true", help="friction from the prior")
     parser.add_argument("--starts", type=int, default=STARTS, help="of the search")
     parser.add_argument("--first", type=int, default=0, help="campaign to begin with")
+    parser.add_argument("--table", action="store_true", help="of all on file, fitting none")
     parser.add_argument("--part", default="0/1", help="K/N: every N-th campaign from the K-th on")
     return parser.parse_args()
 
@@ -226,15 +227,29 @@ def verdict(rows: list[dict[str, str]]) -> str:
     return "\n".join(lines)
 
 
+PLAIN = ("coverage", "coverage-gaussian", "coverage-fitted")
+"""Files of rows in which nothing was broken on purpose: weighted draws of the law around the best
+fit, that law itself, and weighted draws of one fitted to them."""
+
+
+def table(folder: Path) -> str:
+    """Table of all campaigns on file, each seed once, however its posterior was summed."""
+    return verdict(
+        [row for name in PLAIN for p in folder.glob(f"{name}.?.csv") for row in rows_of(p)]
+    )
+
+
 def main() -> int:
     args = options()
+    if args.table:
+        sys.stdout.write(table(args.out) + "\n")
+        return 0
     part, parts = (int(x) for x in args.part.split("/"))
     from rigid.runtime import prepare
 
     prepare()
     name = "halved" if args.halve_noise else "coverage"
-    if args.gaussian:
-        name += "-gaussian"
+    name += "-gaussian" if args.gaussian else "-fitted"
     if args.wide_friction:
         name += "-wide"
     if args.noise_correlation:

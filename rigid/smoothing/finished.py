@@ -1,0 +1,27 @@
+"""What is held of a field test once its files are written: all that report and summary need."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from rigid.report.figures import Illustration
+from rigid.smoothing.budget import Line
+from rigid.smoothing.events import Fall, Turn
+
+
+@dataclass(frozen=True)
+class Finished:
+    """A field test without its series.
+
+    - `name`; `cylinders`. - `budget`, `falls`, `turns`: as found.
+    - `gaps`: root mean square of the residuals over noise and rounding, by "load of name,cylinder".
+    - `sha256`: of the files, by label. - `figures`: as drawn, a few hundred points a curve.
+    """
+
+    name: str
+    cylinders: tuple[str, ...]
+    budget: tuple[Line, ...]
+    falls: tuple[Fall, ...]
+    turns: tuple[Turn, ...]
+    gaps: Mapping[str, float]
+    sha256: Mapping[str, str]
+    figures: tuple[Illustration, ...]
