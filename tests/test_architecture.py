@@ -47,7 +47,8 @@ LAYERS = (
     ("figures",),
     ("present",),
     ("discovery", "smoothing", "stories"),
-    ("bands", "discover", "fit"),
+    ("choosing",),
+    ("bands", "discover", "fit", "laws"),
 )
 LAYER = {room: number for number, rooms in enumerate(LAYERS) for room in rooms}
 

@@ -70,7 +70,7 @@ def candidates(
         laws = laws_of(effect, given or {})
         amplitudes = [label for label, (info, _) in laws.items() if info.absent is not None]
         free = [n for n, (info, law) in laws.items() if info.absent is None and not law.known]
-        settings = _settings(len(free), shapes if free else 1, seed)
+        settings = even_settings(len(free), shapes if free else 1, seed)
         for label in amplitudes:
             info, law = laws[label]
             absent = float(info.absent or 0.0)
@@ -118,7 +118,7 @@ def laws_of(
     }
 
 
-def _settings(dimension: int, count: int, seed: int) -> np.ndarray:
+def even_settings(dimension: int, count: int, seed: int) -> np.ndarray:
     """Standard normal points (count, dimension) that fill their space evenly."""
     if dimension == 0:
         return np.zeros((1, 0))

@@ -39,16 +39,20 @@ class Family:
     """One program: the groups of a problem with further effects in them.
 
     - `effects`: those further ones. - `groups`: with all of them. - `quiet`: values by label at
-      which none of the further effects is there.
+      which none of the further effects is there. - `width`: simulations side by side; left out,
+      as many as suit the effects.
     """
 
     effects: Effects
     groups: tuple[AbstractGroup, ...]
     quiet: Mapping[str, float]
+    width: int | None = None
 
     @property
     def lanes(self) -> int:
         """Simulations side by side."""
+        if self.width is not None:
+            return self.width
         return LANES if all(e.steady for g in self.groups for e in g.effects) else FEW
 
 

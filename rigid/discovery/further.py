@@ -53,11 +53,12 @@ def next_record(
                 rows = (base.layout.track == number) & base.layout.read
                 apart = _apart(base, there, (here, changed[rows]), rows, amplitude)
                 if best is None or apart > best.apart:
-                    best = Proposal(_worded(base, number, name, factor), apart)
+                    best = Proposal(worded(base, number, name, factor), apart)
     return best
 
 
-def _worded(base: Local, number: int, name: str, factor: float) -> str:
+def worded(base: Local, number: int, name: str, factor: float) -> str:
+    """Say which record it is: like number `number`, its setting `name` times `factor`."""
     track = base.layout.tracks[number]
     kind = next(c.kind for c in base.layout.channels if c.track == track)
     record, cylinder = track.split(",")
@@ -69,14 +70,20 @@ def _worded(base: Local, number: int, name: str, factor: float) -> str:
 
 def _otherwise(base: Local, name: str, factor: float) -> Local | None:
     """The fit with one setting of all records multiplied, or None where no record has it."""
+    w = otherwise(base, name, factor)
+    if w is None:
+        return None
+    return expand(base.hypothesis, (base.family, base.layout), w, base.z_noise)
+
+
+def otherwise(base: Local, name: str, factor: float) -> np.ndarray | None:
+    """w with one setting of all records multiplied, or None where no record has it."""
     w, found = base.w.copy(), False
     for i, parameter in enumerate(base.hypothesis.parameters):
         if parameter.base == name:
             value = float(parameter.law.from_standard(w[i])) * factor
             w[i], found = standard_of(parameter.law, value), True
-    if not found:
-        return None
-    return expand(base.hypothesis, (base.family, base.layout), w, base.z_noise)
+    return w if found else None
 
 
 def _apart(

@@ -27,12 +27,14 @@ class Hypothesis:
 
     - `only`: the record ("record,cylinder") that an added effect is confined to, by its name.
     - `given`: priors by label that go before those of the effects added.
+    - `held`: numbers, of the problem or of what was added, that stay at a value, by label.
     """
 
     problem: Problem
     added: tuple[type[AbstractEffect], ...] = ()
     only: Mapping[str, str] = dataclasses.field(default_factory=dict)
     given: Mapping[str, AbstractLaw] = dataclasses.field(default_factory=dict)
+    held: Mapping[str, float] = dataclasses.field(default_factory=dict)
 
     def plus(self, effect: type[AbstractEffect], only: str | None = None) -> "Hypothesis":
         """Return the model with one more effect."""
@@ -44,7 +46,7 @@ class Hypothesis:
         """Uncertain numbers in the order of w, sensors and noise levels left out."""
         base = [p for p in self.problem.parameters.sampled if p.base != "noise"]
         more = (p for effect in self.added for p in parameters_of(effect, self.given))
-        return (*base, *more)
+        return tuple(p for p in (*base, *more) if p.label not in self.held)
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
@@ -59,16 +61,28 @@ class Hypothesis:
     def values(self, w: np.ndarray) -> dict[str, tuple[float, float]]:
         """SI value and its slope by w of each parameter, by label."""
         out = {}
-        for p, z in zip(self.parameters, w, strict=False):
-            value, slope = jax.jvp(p.law.from_standard, (jnp.asarray(z),), (jnp.ones(()),))
-            out[p.label] = float(value), float(slope)
+        for members, law in self._alike:
+            z = jnp.asarray(np.asarray(w)[members])
+            value, slope = jax.jvp(law.from_standard, (z,), (jnp.ones(len(members)),))
+            for i, v, s in zip(members, value.tolist(), slope.tolist(), strict=True):
+                out[self.labels[i]] = v, s
         return out
 
+    @cached_property
+    def _alike(self) -> list[tuple[np.ndarray, AbstractLaw]]:
+        """Parameters whose priors are of one kind, by number, and all their priors as one law."""
+        kinds: dict[type[AbstractLaw], list[int]] = {}
+        for i, p in enumerate(self.parameters):
+            kinds.setdefault(type(p.law), []).append(i)
+        laws = [[self.parameters[i].law for i in members] for members in kinds.values()]
+        together = [jax.tree.map(lambda *a: np.stack(a), *one) for one in laws]
+        return [(np.array(m), law) for m, law in zip(kinds.values(), together, strict=True)]
+
     def constants(self) -> dict[str, float]:
-        """SI values of what the problem takes as known, and of noise levels' places."""
+        """SI values of what is known or held, and of noise levels' places."""
         known = {p.label: float(p.law.from_standard(0.0)) for p in self.problem.parameters.known}
         noise = {p.label: 0.0 for p in self.problem.parameters.sampled if p.base == "noise"}
-        return known | noise
+        return known | noise | dict(self.held)
 
     def sensors(self, w: np.ndarray) -> np.ndarray:
         """Gains and zeros on their standard scale (sensors, 2)."""

@@ -89,10 +89,27 @@ def expand(
     - `where`: program and samples. - `known` (n, size): slopes to keep for all but the added
       effects' numbers.
     """
-    family, layout = where
-    base = len(hypothesis.parameters) - _added(hypothesis)
+    base = len(hypothesis.parameters) - added_size(hypothesis)
     moved = range(base, len(hypothesis.parameters)) if known is not None else None
-    reading, slopes = _swept(hypothesis, where, w, moved)
+    swept = _swept(hypothesis, where, w, moved)
+    return laid(hypothesis, where, (w, z_noise), swept, known)
+
+
+def laid(
+    hypothesis: Hypothesis,
+    where: tuple[Family, Layout],
+    place: tuple[np.ndarray, np.ndarray],
+    swept: tuple[np.ndarray, np.ndarray],
+    known: np.ndarray | None = None,
+) -> Local:
+    """Expand the likelihood of a hypothesis around readings that have been simulated.
+
+    - `where`, `known`: as in `expand`. - `place`: w and noise levels on the scale of their priors.
+    - `swept`: readings (n,) and their slopes by w (n, k): by the added effects' numbers where
+      others are `known`, else by all.
+    """
+    (family, layout), (w, z_noise), (reading, slopes) = where, place, swept
+    base = len(hypothesis.parameters) - added_size(hypothesis)
     spreads = layout.spreads
     own = hypothesis.sensors(w) * spreads
     gain, zero = own[layout.sensor].T
@@ -109,7 +126,7 @@ def expand(
     return Local(hypothesis, family, layout, w, z_noise, reading, residual, found, design)
 
 
-def _added(hypothesis: Hypothesis) -> int:
+def added_size(hypothesis: Hypothesis) -> int:
     """Number of parameters of what was added."""
     inside = {p.label for p in hypothesis.problem.parameters.sampled}
     return sum(p.label not in inside for p in hypothesis.parameters)

@@ -75,8 +75,8 @@ class Layout:
     @cached_property
     def sensor(self) -> np.ndarray:
         """Number of each sample's sensor (n,), in the order of `problem.sensors`."""
-        numbers = np.array([self.problem.sensors.index(c.sensor) for c in self.channels])
-        return numbers[self.channel]
+        listed = self.problem.sensors
+        return np.array([listed.index(c.sensor) for c in self.channels])[self.channel]
 
     @cached_property
     def spreads(self) -> np.ndarray:
@@ -143,12 +143,12 @@ def terms(layout: Layout, residual: np.ndarray, sigma: np.ndarray) -> Terms:
 
     - `residual` (n,): recorded less expected. - `sigma` (sensors,): noise levels.
     """
-    parts, at = [], 0
+    parts, at, listed = [], 0, layout.problem.sensors
     for piece in layout.problem.pieces:
         rows, tracks = piece.data.shape
         here = residual[at : at + rows * tracks].reshape(tracks, rows).T
         at += rows * tracks
-        sensors = [layout.problem.sensors.index(piece.sensor(i)) for i in range(tracks)]
+        sensors = [listed.index(piece.sensor(i)) for i in range(tracks)]
         found = _terms(piece, jnp.asarray(here), jnp.asarray(sigma[np.array(sensors)]))
         parts.append([np.asarray(x).T.ravel() for x in found])
     value, score, bend = (np.concatenate(p) for p in zip(*parts, strict=True))

@@ -24,6 +24,7 @@ class Conditions:
     - saturated: share of the frame records' samples for which the gauge's range is too short
     - tolerance: of the solver, relative error a step
     - wide_friction: whether the friction is drawn as widely as a fit's own priors allow
+    - memory: whether the friction has any; else it is mu_inf alone, constant
     """
 
     noise_correlation: float = 0.0
@@ -35,6 +36,7 @@ class Conditions:
     saturated: float = 0.0
     tolerance: float | None = None
     wide_friction: bool = False
+    memory: bool = True
 
     def __post_init__(self) -> None:
         """Refuse what makes no sense."""
@@ -49,6 +51,9 @@ class Conditions:
 
 
 NOMINAL = Conditions()
+
+NO_BRANCH = 1e-3
+"""Coefficient of a branch of memory [N s/m] that is as good as none; 0 would have no rate."""
 
 NULLS = {
     "coloured-noise": Conditions(noise_correlation=0.6),
@@ -69,6 +74,8 @@ def under(truth: Truth, conditions: Conditions) -> Truth:
         noise = conditions.noise_factor * sensor.noise
         sensors[name] = replace(sensor, noise=noise, step=steps * sensor.step)
     truth = replace(truth, sensors=sensors)
+    if not conditions.memory:
+        truth = replace(truth, friction=replace(truth.friction, mu_1=NO_BRANCH, mu_2=NO_BRANCH))
     secrets = tuple(secret(truth, piece) for piece in conditions.hidden)
     flaws = Flaws(conditions.outliers, tolerance=conditions.tolerance)
     if conditions.saturated > 0.0:

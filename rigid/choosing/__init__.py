@@ -1,0 +1,1 @@
+"""Which law of friction the records speak for."""

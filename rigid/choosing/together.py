@@ -1,0 +1,199 @@
+"""Several laws led to their optima side by side: each turn of the program serves them all."""
+
+import dataclasses
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from rigid.choosing.stepping import model_of, moved_within, promised
+from rigid.discovery.families import Family, sweep
+from rigid.discovery.hypothesis import Hypothesis
+from rigid.discovery.local import (
+    LONGEST,
+    Local,
+    added_size,
+    fitted_noise,
+    laid,
+    with_noise,
+)
+from rigid.discovery.samples import split_swept
+
+MOST_TURNS = 25
+CLOSE = 0.2
+"""Done when a step promises less than this in log-posterior: the integral goes on from there to the
+top of the parabola."""
+SHORTER, POOR = 0.3, 0.25
+"""After a step that brings less than the second share of what it promised, the next has at most the
+first share of its length; so has each further step that is tried in the same turn."""
+MOST_TRIES = 4
+"""Steps of one law that are tried in one turn, where lanes are free."""
+SHORTEST = 0.003
+"""Length, in prior sds, below which no more steps are tried."""
+
+
+class Program(NamedTuple):
+    """A compiled program, and where slopes come from.
+
+    - `family`: simulates laws. - `plain`: the program of the model without what the laws add, whose
+      turns cost next to nothing: slopes by all numbers but the added effects' are taken from it, at
+      the same values of these numbers. None: all slopes are those of `family`.
+    """
+
+    family: Family
+    plain: Family | None = None
+
+    def lanes(self, hypothesis: Hypothesis) -> list[int]:
+        """Entries of w by which `family` gives slopes."""
+        total = len(hypothesis.parameters)
+        first = 0 if self.plain is None else total - added_size(hypothesis)
+        return list(range(first, total)) or [0]
+
+
+class Place(NamedTuple):
+    """Where a law is to be simulated: its fit somewhere else, and w (size,) of here."""
+
+    like: Local
+    w: np.ndarray
+
+
+class Climb(NamedTuple):
+    """How far a fit has come.
+
+    - `best`: the highest so far. - `here`: where the next step begins. - `radius`: how far a step
+      from the highest may go.
+
+    Records of a thousand noise sds bend every valley: a step along it ends beside it, lower, but
+    with slopes by which the next one may end further up than where both began. So from a place
+    that is lower, but promises more, one further step is taken before it is given up (the watchdog
+    of Chamberlain, Powell, Lemarechal and Pedersen 1982, Math. Program. Study 16).
+    """
+
+    best: Local
+    here: Local
+    radius: float
+
+    @property
+    def open(self) -> bool:
+        """Whether there is more to come.
+
+        It is the model's top, however far, that tells: a step that is short because longer ones
+        have failed promises little wherever the top is.
+        """
+        if self.here is not self.best:
+            return True
+        return self.radius >= SHORTEST and promised(self.best) > CLOSE
+
+    @property
+    def reach(self) -> float:
+        """How far the next step may go."""
+        return self.radius if self.here is self.best else LONGEST
+
+    def after(self, tried: Sequence[tuple[np.ndarray, float, Local]]) -> "Climb":
+        """Where it goes on after steps, what they promised, and what came of them."""
+        lengths = [float(np.abs(step).max()) for step, _, _ in tried]
+        heights = [one.value if np.isfinite(one.value) else -np.inf for _, _, one in tried]
+        top = int(np.argmax(heights))
+        _, gain, one = tried[top]
+        straight = self.here is self.best
+        if heights[top] > self.best.value:
+            poor = heights[top] - self.here.value < POOR * gain
+            longer = SHORTER * lengths[top] if poor else min(2.0 * lengths[top], LONGEST)
+            return Climb(one, one, max(longer, self.radius) if not straight else longer)
+        if straight and np.isfinite(heights[0]):
+            first = tried[0][2]
+            if first.value + promised(first) > self.best.value + CLOSE:
+                return Climb(self.best, first, lengths[-1])
+        return Climb(self.best, self.best, SHORTER * (lengths[-1] if straight else self.radius))
+
+
+def simulated(program: Program, places: Sequence[Place]) -> list[Local]:
+    """Expand several laws in one sweep of a program that holds them all."""
+    family = program.family
+    values: dict[str, list[float]] = {}
+    tangents: dict[str, list[float]] = {}
+    for place in places:
+        hypothesis = place.like.hypothesis
+        here = hypothesis.values(place.w)
+        every = dict(family.quiet) | hypothesis.constants() | {k: v for k, (v, _) in here.items()}
+        for number in program.lanes(hypothesis):
+            label = hypothesis.labels[number]
+            for key, value in every.items():
+                values.setdefault(key, []).append(value)
+                tangents.setdefault(key, []).append(here[label][1] if key == label else 0.0)
+    layout = places[0].like.layout
+    swept = sweep(
+        family,
+        {k: np.array(v) for k, v in values.items()},
+        {k: np.array(v) for k, v in tangents.items()},
+    )
+    reading, slopes = split_swept(layout, swept)
+    out, at, known = [], 0, _plain_slopes(program, places)
+    for place, design in zip(places, known, strict=True):
+        like = place.like
+        count = len(program.lanes(like.hypothesis))
+        kept = len(like.hypothesis.parameters) if design is None else added_size(like.hypothesis)
+        here = (reading[:, at], slopes[:, at : at + count][:, :kept])
+        where = family, like.layout
+        out.append(laid(like.hypothesis, where, (place.w, like.z_noise), here, design))
+        at += count
+    return out
+
+
+def _plain_slopes(program: Program, places: Sequence[Place]) -> list[np.ndarray | None]:
+    """Slopes of each law's readings by what it has from the model without it, at its own place."""
+    if program.plain is None:
+        return [None] * len(places)
+    bare = []
+    for place in places:
+        full = place.like.hypothesis
+        listed = full.problem.parameters
+        inside = {p.label for p in (*listed.sampled, *listed.known)}
+        held = {k: v for k, v in full.held.items() if k in inside}
+        total, base = len(full.parameters), len(full.parameters) - added_size(full)
+        like = dataclasses.replace(
+            place.like, hypothesis=dataclasses.replace(full, added=(), held=held)
+        )
+        bare.append(Place(like, np.concatenate([place.w[:base], place.w[total:]])))
+    return [one.design for one in simulated(Program(program.plain), bare)]
+
+
+def led(program: Program, found: Sequence[Local], turns: int = MOST_TURNS) -> list[Local]:
+    """Lead laws to their optima and their noise levels to theirs.
+
+    - `turns`: of the program, at most, before the noise levels move; half as many after.
+    """
+    return settled(program, descended(program, found, turns), turns // 2)
+
+
+def settled(program: Program, found: Sequence[Local], turns: int) -> list[Local]:
+    """Lead noise levels to their optima, then laws to theirs."""
+    return descended(program, [with_noise(one, fitted_noise(one)) for one in found], turns)
+
+
+def descended(program: Program, found: Sequence[Local], turns: int = MOST_TURNS) -> list[Local]:
+    """Lead laws uphill, noise levels held, for so many turns of the program at most."""
+    climbs = [Climb(one, one, LONGEST) for one in found]
+    for _ in range(turns):
+        open_ = [i for i, climb in enumerate(climbs) if climb.open]
+        if not open_:
+            break
+        needed = sum(len(program.lanes(climbs[i].here.hypothesis)) for i in open_)
+        tries = min(MOST_TRIES, max(1, program.family.lanes // needed))
+        steps = {i: _steps(climbs[i].here, climbs[i].reach, tries) for i in open_}
+        places = [
+            Place(climbs[i].here, climbs[i].here.w + step) for i in open_ for step, _ in steps[i]
+        ]
+        tried = iter(simulated(program, places))
+        for i in open_:
+            climbs[i] = climbs[i].after([(*pair, next(tried)) for pair in steps[i]])
+    return [climb.best for climb in climbs]
+
+
+def _steps(local: Local, radius: float, tries: int) -> list[tuple[np.ndarray, float]]:
+    """Steps of w, each SHORTER than the one before, and what they promise."""
+    model = model_of(local)
+    found = [moved_within(model, radius)]
+    for _ in range(tries - 1):
+        found.append(moved_within(model, SHORTER * float(np.abs(found[-1][0]).max())))
+    return found
