@@ -18,12 +18,12 @@ import argparse
 import csv
 import dataclasses
 import datetime
-import subprocess
 import sys
 import time
 from pathlib import Path
 
 import numpy as np
+from rows import commit
 
 FIRST_SEED = 800_000
 NEAR = 0.05  # s from a drop
@@ -232,11 +232,9 @@ def main() -> int:
         told = {f"{r['quantity']} {r['where']}": (r["cover50"], r["cover90"]) for r in rows}
         sys.stderr.write(f"test {number + 1} of {args.tests}, {rows[-1]['cpu_s']} s: {told}\n")
     rows = rows_of(path)
-    commit = subprocess.run(["git", "describe", "--always", "--dirty"], capture_output=True,
-                            text=True, check=False).stdout.strip()  # fmt: skip
     today = datetime.datetime.now(datetime.UTC).date().isoformat()
     said = f"--posterior {args.posterior.name} --law {args.law} --tests {args.tests}"
-    head = f"`python tests/studies/bands.py {said}`, commit {commit}, {today}\n\n"
+    head = f"`python tests/studies/bands.py {said}`, commit {commit()}, {today}\n\n"
     (args.out / f"{args.law}.md").write_text(head + verdict(rows) + "\n", encoding="utf-8")
     return 0
 

@@ -10,11 +10,11 @@ rig itself does to the measurement. The generator alone is used.
 import argparse
 import dataclasses
 import datetime
-import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
+from rows import commit
 
 from rigid.generator.constants import SLOW_RATE
 from rigid.generator.draw import Truth, draw
@@ -130,10 +130,8 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=Path("docs/studies/bands"))
     args = parser.parse_args()
     truth = draw(SEED)
-    commit = subprocess.run(["git", "describe", "--always", "--dirty"], capture_output=True,
-                            text=True, check=False).stdout.strip()  # fmt: skip
     today = datetime.datetime.now(datetime.UTC).date().isoformat()
-    head = f"Simulated; `python tests/studies/claims.py`, commit {commit}, {today}"
+    head = f"Simulated; `python tests/studies/claims.py`, commit {commit()}, {today}"
     text = [head, "", *field_lines(truth), ""]
     text += ["The same with the load of a converter (steps of 295 N, 100 Hz) as the ice load:", ""]
     text += [*quantised_lines(truth), ""]

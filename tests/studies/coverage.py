@@ -18,11 +18,12 @@ Beside it stands the rank in the Gaussian law around the best fit; `--gaussian` 
 import argparse
 import csv
 import datetime
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from rows import commit
 
 if TYPE_CHECKING:
     from importance import Drawn
@@ -270,10 +271,8 @@ def main() -> int:
             writer.writerows(rows)
         sys.stderr.write(f"campaign {number + 1} of {args.campaigns}: {rows[0]}\n")
     rows = [row for p in sorted(args.out.glob(f"{name}.?.csv")) for row in rows_of(p)]
-    commit = subprocess.run(["git", "describe", "--always", "--dirty"], capture_output=True,
-                            text=True, check=False).stdout.strip()  # fmt: skip
     today = datetime.datetime.now(datetime.UTC).date().isoformat()
-    head = f"`python {' '.join(sys.argv)}`, commit {commit}, {today}\n\n"
+    head = f"`python {' '.join(sys.argv)}`, commit {commit()}, {today}\n\n"
     (args.out / f"{name}.md").write_text(head + verdict(rows) + "\n", encoding="utf-8")
     return 0
 

@@ -15,7 +15,6 @@ and nowhere else.
 
 import argparse
 import json
-import subprocess
 import sys
 import tempfile
 import time
@@ -25,6 +24,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from discovery_cases import CLOCK, Case, Made, cases, make
 from discovery_page import page
+from rows import carry_out, lines_of
 
 if TYPE_CHECKING:
     from rigid.discovery.workflow import Outcome
@@ -43,15 +43,6 @@ def options() -> argparse.Namespace:
     parser.add_argument("--page", action="store_true", help="write the page from what there is")
     parser.add_argument("--lookalikes", action="store_true")
     return parser.parse_args()
-
-
-def lines_of(paths: list[Path]) -> list[dict]:
-    """Rows of the files that are there."""
-    rows = []
-    for path in paths:
-        if path.exists():
-            rows += [json.loads(line) for line in path.read_text("utf-8").splitlines()]
-    return rows
 
 
 def discovered(made: Made, seed: int, folder: Path) -> tuple[dict, "Outcome | None"]:
@@ -131,14 +122,6 @@ def lookalikes(path: Path) -> None:
     path.write_text(json.dumps(stored | {"cosines": cosines}) + "\n", encoding="utf-8")
 
 
-def commit() -> str:
-    """Name of the code that ran."""
-    told = subprocess.run(
-        ["git", "describe", "--always", "--dirty"], capture_output=True, text=True, check=False
-    )
-    return told.stdout.strip()
-
-
 def main() -> int:
     args = options()
     if args.lookalikes:
@@ -150,18 +133,13 @@ def main() -> int:
         from rigid.runtime import prepare
 
         prepare()
-        args.out.mkdir(parents=True, exist_ok=True)
-        path = args.out / f"discovery-{args.size}.{part}.jsonl"
-        done = {row["case"]["number"] for row in lines_of([path])}
         order = np.random.default_rng(ORDER).permutation(len(listed))
-        for case in [listed[i] for i in order[part::parts]]:
-            if case.number in done:
-                continue
-            row: dict = one_campaign(case, args.closure) | {"commit": commit()}
-            with path.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(row) + "\n")
-            says = row["answer"]["verdict"], [s.get("effect") for s in row["answer"]["steps"]]
-            sys.stderr.write(f"campaign {case.number} of {len(listed)}, {case[1:]}: {says}\n")
+        carry_out(
+            args.out / f"discovery-{args.size}.{part}.jsonl",
+            [listed[i] for i in order[part::parts]],
+            lambda case: one_campaign(case, args.closure),
+            lambda row: (row["answer"]["verdict"], [s["effect"] for s in row["answer"]["steps"]]),
+        )
     rows = lines_of(sorted(args.out.glob(f"discovery-{args.size}.*.jsonl")))
     known = json.loads((args.out / "lookalikes.json").read_text("utf-8"))
     text = page(rows, known, len(listed), args.size)

@@ -19,17 +19,16 @@ campaign and nowhere else.
 import argparse
 import dataclasses
 import json
-import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from discovery_scores import FLOOR
 from laws_page import FLAT, LEAST, page
+from rows import carry_out, lines_of
 
 from rigid.choosing.laws import BRISTLES, COULOMB, MEMORY, SEAL, STRIBECK, VISCOUS
 from rigid.generator import Conditions, campaign
@@ -246,23 +245,6 @@ def lookalikes(path: Path) -> None:
     path.write_text(json.dumps(stored | {"cosines": cosines}) + "\n", encoding="utf-8")
 
 
-def commit() -> str:
-    """Name of the code that ran."""
-    told = subprocess.run(
-        ["git", "describe", "--always", "--dirty"], capture_output=True, text=True, check=False
-    )
-    return told.stdout.strip()
-
-
-def lines_of(paths: Sequence[Path]) -> list[dict]:
-    """Rows of the files that are there."""
-    rows = []
-    for path in paths:
-        if path.exists():
-            rows += [json.loads(line) for line in path.read_text("utf-8").splitlines()]
-    return rows
-
-
 def options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--size", choices=tuple(SEEDS), default="small")
@@ -286,17 +268,12 @@ def main() -> int:
         from rigid.runtime import prepare
 
         prepare()
-        args.out.mkdir(parents=True, exist_ok=True)
-        path = args.out / f"laws-{args.size}.{part}.jsonl"
-        done, code = {row["case"]["number"] for row in lines_of([path])}, commit()
-        for case in listed[part::parts]:
-            if case.number in done or case.law not in args.only:
-                continue
-            row = one_campaign(case, not args.three) | {"commit": code}
-            with path.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(row) + "\n")
-            says = {k: (v["verdict"], v["first"], v["tied"]) for k, v in row["answers"].items()}
-            sys.stderr.write(f"campaign {case.number} of {len(listed)}, {case[1:]}: {says}\n")
+        carry_out(
+            args.out / f"laws-{args.size}.{part}.jsonl",
+            [case for case in listed[part::parts] if case.law in args.only],
+            lambda case: one_campaign(case, not args.three),
+            lambda row: {k: (v["verdict"], v["first"]) for k, v in row["answers"].items()},
+        )
     rows = lines_of(sorted(args.out.glob(f"laws-{args.size}.*.jsonl")))
     stored = args.out / "lookalikes.json"
     known = json.loads(stored.read_text("utf-8")) if stored.exists() else {"names": []}

@@ -23,6 +23,7 @@ from pathlib import Path
 
 import numpy as np
 from bands import field_test_of, posterior_of
+from rows import commit
 
 SEED = 900_000
 MORNING = datetime.datetime(2026, 3, 12, 9, 30)
@@ -158,9 +159,7 @@ def main() -> int:
     write_data(folder, args.case, args.posterior)
     row = {"case": args.case} | measured(folder, args.posterior, args.draws)
     row |= held(folder, args.draws, tests)
-    commit = subprocess.run(["git", "describe", "--always", "--dirty"], capture_output=True,
-                            text=True, check=False).stdout.strip()  # fmt: skip
-    row |= {"commit": commit, "date": datetime.datetime.now(datetime.UTC).date().isoformat()}
+    row |= {"commit": commit(), "date": datetime.datetime.now(datetime.UTC).date().isoformat()}
     path = args.out / "long.csv"
     fresh = not path.exists()
     with path.open("a", encoding="utf-8", newline="") as file:

@@ -1,0 +1,36 @@
+"""Rows of a study, and its going on where it was stopped."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+from rows import carry_out, lines_of
+
+
+class Case(NamedTuple):
+    """A campaign of a study."""
+
+    number: int
+    law: str = "none"
+
+
+def test_a_stopped_study_goes_on_with_what_has_no_row(tmp_path: Path):
+    path, seen = tmp_path / "out" / "study-small.0.jsonl", []
+
+    def one(case: Case) -> dict:
+        seen.append(case.number)
+        if case.number == 7 and seen.count(7) == 1:
+            raise KeyboardInterrupt
+        return {"case": case._asdict(), "answer": 2 * case.number}
+
+    cases = [Case(3), Case(7), Case(5)]
+    with pytest.raises(KeyboardInterrupt):
+        carry_out(path, cases, one, lambda row: row["answer"])
+    carry_out(path, cases, one, lambda row: row["answer"])
+    assert seen == [3, 7, 7, 5]
+    assert [row["answer"] for row in lines_of([path])] == [6, 14, 10]
+    assert all(row["commit"] for row in lines_of([path]))
+
+
+def test_rows_of_files_that_are_not_there_are_none(tmp_path: Path):
+    assert lines_of([tmp_path / "nothing.jsonl"]) == []
