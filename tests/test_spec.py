@@ -119,7 +119,7 @@ def test_what_else_is_left_out(write):
     assert (spec.model.candidates, dict(spec.model.vary), dict(spec.priors)) == (None, {}, {})
     rule = spec.sampler
     assert (rule.seed, rule.ensembles, rule.walkers, rule.starts) == (1, 4, 0, 16)
-    assert (rule.r_hat, rule.ess, rule.max_steps, rule.block) == (1.01, 1000.0, 20000, 100)
+    assert (rule.r_hat, rule.ess, rule.max_steps, rule.block) == (1.01, 1000.0, 20000, 50)
 
 
 @pytest.mark.parametrize(
@@ -427,8 +427,8 @@ REFUSED = {
     "[sampler]\nseed = -1": "[sampler] seed: must be 0 or more; found -1",
     "[sampler]\nwalkers = 33": "[sampler] walkers: must be a multiple of 2; found 33",
     "[sampler]\nr_hat = 1": "[sampler] r_hat: must be above 1; found 1",
-    "[sampler]\nmax_steps = 150": (
-        "[sampler]: max_steps is 150; it must be at least two blocks, 200"
+    "[sampler]\nblock = 80\nmax_steps = 150": (
+        "[sampler]: max_steps is 150; it must be at least two blocks, 160"
     ),
     # Records that cannot be
     FRAME.replace('name = "f"\n', ""): "[[records]] number 1 name: is missing",
