@@ -101,8 +101,8 @@ def explain(
     bundle = np.array([float(b.log_bayes(screening.slope)) for _, b in bundles])
     found = Explained(listed, targets, screening, candidate, bundles, bundle, 1.0)
     drawn = null_draws(screening.information, seed)
-    null = _totals(found, departures, drawn)
-    here = _totals(found, departures, screening.slope[None])[0]
+    null = _totals(found, drawn)
+    here = _totals(found, screening.slope[None])[0]
     return dataclasses.replace(found, p_value=float((1 + np.sum(null >= here)) / (1 + len(null))))
 
 
@@ -124,25 +124,37 @@ def _root(information: np.ndarray, size: np.ndarray) -> np.ndarray:
         return axes * np.sqrt(np.maximum(values, 0.0))
 
 
-def _totals(found: Explained, departures: list[np.ndarray], slope: np.ndarray) -> np.ndarray:
+def _totals(found: Explained, slope: np.ndarray) -> np.ndarray:
     """Log of the evidence for anything at all against nothing, (draws,) for slopes (draws, k)."""
     size = found.screening.size
     names = [one.effect.name for one in found.listed]
     parts: dict[str, list[np.ndarray]] = {}
-    # One curve over the strength serves all draws, and few of them all candidates of one law.
-    alike: dict[tuple, list[int]] = {}
-    for i, one in enumerate(found.listed):
-        alike.setdefault((id(one.law), one.absent), []).append(i)
-    for members in alike.values():
-        curves = curves_of(departures[members[0]], size[members])
-        for i, curve in zip(members, curves, strict=True):
-            logs = np.interp(slope[:, i] / size[i], Z_GRID, curve)
-            parts.setdefault(names[i], []).append(logs)
+    for i, curve in enumerate(curves_of_all(found.listed, size, Z_GRID)):
+        parts.setdefault(names[i], []).append(np.interp(slope[:, i] / size[i], Z_GRID, curve))
     effects = [_mean(np.stack(logs, axis=-1)) for logs in parts.values()]
     hidden = _mean(np.stack([b.log_bayes(slope) for _, b in found.bundles], axis=-1))
     prior = prior_of(len(effects))
     weighed = [*(e + np.log(prior[1]) for e in effects), hidden + np.log(PRIOR_UNNAMED)]
     return np.logaddexp.reduce(np.stack(weighed), axis=0)
+
+
+def curves_of_all(
+    listed: Sequence[Candidate], sizes: np.ndarray, strengths: np.ndarray
+) -> np.ndarray:
+    """Log Bayes factors (c, grid) of candidates over the `strengths` (grid,).
+
+    - `sizes` (c or more,): of their traces. One curve over the strength serves all records, and few
+      of them all candidates of one law.
+    """
+    out = np.empty((len(listed), len(strengths)))
+    alike: dict[tuple, list[int]] = {}
+    for i, one in enumerate(listed):
+        alike.setdefault((id(one.law), one.absent), []).append(i)
+    for members in alike.values():
+        one = listed[members[0]]
+        departures = amplitudes(one.law, one.absent)
+        out[members] = curves_of(departures, sizes[members], strengths)
+    return out
 
 
 def curves_of(

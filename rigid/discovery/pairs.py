@@ -11,7 +11,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from rigid.discovery.evidence import LOG_MASS, amplitudes
-from rigid.discovery.explain import Explained, curves_of
+from rigid.discovery.explain import Explained, curves_of_all
 
 POINTS = 241
 """Strengths at which the gain of the second effect is worked out."""
@@ -48,7 +48,7 @@ def pairs(found: Explained) -> Pairs:
     count = len(found.listed)
     size = found.screening.size[:count]
     reach = max(LEAST_REACH, 2.0 * float(np.abs(found.screening.strength[:count]).max(initial=0.0)))
-    curves = _curves(found, np.linspace(-reach, reach, POINTS))
+    curves = curves_of_all(found.listed, size, np.linspace(-reach, reach, POINTS))
     logs: dict[tuple[int, int], list[np.ndarray]] = {}
     for i in np.flatnonzero(~apart):
         others = np.flatnonzero((of > of[i]) | (apart & (of != of[i])))
@@ -61,19 +61,6 @@ def pairs(found: Explained) -> Pairs:
         every = np.concatenate(rows)
         out[a, b] = out[b, a] = logsumexp(every) - np.log(len(every))
     return Pairs(names, out)
-
-
-def _curves(found: Explained, grid: np.ndarray) -> np.ndarray:
-    """Log Bayes factor of each candidate (c, POINTS) over its strength."""
-    size = found.screening.size
-    out = np.empty((len(found.listed), len(grid)))
-    alike: dict[tuple, list[int]] = {}
-    for i, one in enumerate(found.listed):
-        alike.setdefault((id(one.law), one.absent), []).append(i)
-    for members in alike.values():
-        one = found.listed[members[0]]
-        out[members] = curves_of(amplitudes(one.law, one.absent), size[members], grid)
-    return out
 
 
 def _with(

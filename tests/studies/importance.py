@@ -5,13 +5,12 @@ from typing import NamedTuple
 import numpy as np
 
 from rigid.adaptation import drawn, kish
+from rigid.calibrate import UNRELIABLE
 from rigid.problem import Problem, log_density
 from rigid.proposal import MixtureProposal, pareto_shape
 
 ESS = 500.0
 BATCH, MOST_DRAWS = 2048, 6_144
-RELIABLE = 0.7
-"""Pareto shape of weights below which their sums are reliable: Vehtari et al. (2024), section 3."""
 
 
 class Drawn(NamedTuple):
@@ -31,6 +30,6 @@ def weighted(problem: Problem, law: MixtureProposal, rng: np.random.Generator) -
         logs.append(log_weight)
         every = np.concatenate(logs)
         weight = np.exp(every - every.max())
-        good = kish(weight) >= ESS and pareto_shape(weight) < RELIABLE
+        good = kish(weight) >= ESS and pareto_shape(weight) < UNRELIABLE
         if good or len(weight) >= MOST_DRAWS:
             return Drawn(np.concatenate(draws), weight, good)
