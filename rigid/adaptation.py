@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid.proposal import LogProb, MixtureProposal, Mode, Random
+from rigid.proposal import LogProb, MixtureProposal, Mode, Random, kish
 
 LEAST_WEIGHT = 1e-3
 """Of a mode, so that none found is never proposed."""
@@ -32,11 +32,6 @@ def drawn(log_prob: LogProb, law: MixtureProposal, rng: Random, draws: int) -> W
     raw = np.asarray(log_prob(z), dtype=float)
     finite = np.isfinite(raw)
     return Weighted(z, np.where(finite, raw, -np.inf) - law.log_density(z))
-
-
-def kish(weight: NDArray[np.float64]) -> float:
-    """How many independent draws weights (n,) are worth."""
-    return float(weight.sum() ** 2 / (weight**2).sum())
 
 
 def fitted(law: MixtureProposal, found: Weighted, dof: float) -> MixtureProposal:

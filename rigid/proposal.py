@@ -173,10 +173,15 @@ def mode_weights(
         weights=weights,
         error=np.sqrt(variance) / weight.sum() if k > 1 else np.zeros(1),
         log_evidence=float(np.logaddexp.reduce(log_weight) - np.log(len(z))),
-        kish=float(weight.sum() ** 2 / (len(z) * np.sum(weight**2))),
+        kish=kish(weight) / len(z),
         pareto_k=pareto_shape(weight),
         failed=int(np.sum(failed)),
     )
+
+
+def kish(weight: NDArray[np.float64]) -> float:
+    """How many independent draws weights (n,) are worth."""
+    return float(weight.sum() ** 2 / (weight**2).sum())
 
 
 def _laplace_weights(modes: tuple[Mode, ...]) -> NDArray[np.float64]:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from rigid.adaptation import Weighted, drawn, fitted, kish
-from rigid.proposal import MixtureProposal, Mode
+from rigid.adaptation import Weighted, drawn, fitted
+from rigid.proposal import MixtureProposal, Mode, kish
 
 SIZE, DRAWS, DOF = 12, 8192, 16.0
 

@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rigid.adaptation import drawn, kish
+from rigid.adaptation import drawn
 from rigid.calibrate import UNRELIABLE
 from rigid.problem import Problem, log_density
-from rigid.proposal import MixtureProposal, pareto_shape
+from rigid.proposal import MixtureProposal, kish, pareto_shape
 
 ESS = 500.0
 BATCH, MOST_DRAWS = 2048, 6_144
