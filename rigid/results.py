@@ -187,7 +187,11 @@ def provenance(spec: Spec, done: Calibrated) -> dict[str, str | int]:
 
 def _beside(spec: Spec, path: Path) -> str:
     """Where the spec lies, seen from the posterior's folder: effects of one's own stand there."""
-    return Path(os.path.relpath(spec.path.parent.resolve(), path.parent.resolve())).as_posix()
+    there = spec.path.parent.resolve()
+    try:
+        return Path(os.path.relpath(there, path.parent.resolve())).as_posix()
+    except ValueError:  # on another drive, which has no way from here
+        return there.as_posix()
 
 
 def printed(found: Result, folder: Path, as_json: bool) -> str:
