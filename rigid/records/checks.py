@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
+from scipy.stats import norm
 
 from rigid.records.defects import Defect, at_lines, runs
 from rigid.records.plausible import implausible, implausible_interval
@@ -14,6 +15,8 @@ from rigid.spec import SensorSpec, Stretch
 FEWEST = 20  # samples
 GAP = 1.5  # sampling intervals
 SATURATED_RUN = 3  # samples
+AROUND = 25  # samples to each side that tell what a reading would be without its noise
+BY_CHANCE = 0.01  # of a record: how often noise alone may make a run at an end that counts
 STUCK_FOR = 2.0  # s
 JUMP = 5.0  # a sensor that thaws jumps by so many steps, and times its usual change
 COUPLED = 100.0  # steps that pressure may move while load stands still, or load while pressure does
@@ -163,16 +166,17 @@ def unit(run: Run, quantity: str, sensor: SensorSpec) -> list[Defect]:
 def saturated(run: Run, quantity: str, sensor: SensorSpec) -> list[Defect]:
     """Return the defect of successive samples at the end of the sensor's range.
 
-    A lower end of zero or more is no rail: gauges and strokes rest there.
+    A lower end of zero or more is no rail: gauges and strokes rest there. Nor do runs count that
+    the noise of a reading near the end makes by chance.
     """
     values = run.values[quantity]
     low, high = sensor.range
     bad = np.zeros(len(values), dtype=bool)
     at_high = values >= high - 1e-9 * abs(high) if np.isfinite(high) else bad
     at_low = values <= low + 1e-9 * abs(low) if np.isfinite(low) and low < 0 else bad
-    for at_rail in (at_high, at_low):
+    for at_rail, end in ((at_high, high), (at_low, low)):
         for first, last in zip(*runs(at_rail), strict=True):
-            if last - first + 1 >= SATURATED_RUN:
+            if last - first + 1 >= _fewest_at_end(values, slice(first, last + 1), end, sensor):
                 bad[first : last + 1] = True
     if not bad.any():
         return []
@@ -183,6 +187,19 @@ def saturated(run: Run, quantity: str, sensor: SensorSpec) -> list[Defect]:
         f"the end of its range, {values[k]:.4g}; use a sensor of wider range"
     )
     return [Defect("saturated", quantity, says, bad)]
+
+
+def _fewest_at_end(values: np.ndarray, stretch: slice, end: float, sensor: SensorSpec) -> float:
+    """Successive samples at an end that tell it from the noise of readings like those around."""
+    first, after = stretch.start, stretch.stop
+    around = np.r_[values[max(first - AROUND, 0) : first], values[after : after + AROUND]]
+    around = around[np.isfinite(around)]
+    if len(around) == 0 or sensor.noise == 0.0:
+        return float(SATURATED_RUN)
+    away = abs(end - float(np.median(around))) - 0.5 * sensor.step
+    reached = float(norm.sf(away / sensor.noise))
+    rare = np.log(BY_CHANCE / len(values)) / np.log(reached) if reached > 0.0 else 0.0
+    return max(float(SATURATED_RUN), float(rare))
 
 
 def dead(run: Run, quantity: str, sensor: SensorSpec) -> Iterator[Defect]:

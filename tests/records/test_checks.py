@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from rigid.errors import InputError
 from rigid.records.defects import NAMES
 from rigid.spec import Stretch
 
@@ -156,6 +157,19 @@ def test_two_samples_at_the_rail_are_no_saturation(bench):
     columns = bench.good()
     columns["load"][300:302] = 300.0
     assert bench.read(columns).channels["load"].valid.all()
+
+
+def test_noise_about_a_reading_near_the_rail_is_no_saturation(bench):
+    columns = bench.good(900)  # the rail lies 0.75 sds of the noise above the reading
+    columns["load"][200:] = np.random.default_rng(4).normal(299.4, 0.8, 700)
+    with pytest.raises(InputError, match="at the end of its range"):
+        bench.read(columns)  # its sheet knows of 150 N of noise, which would not reach so far
+    loud = bench.sensors["load"].model_copy(update={"noise": 800.0})
+    bench.sensors = bench.sensors | {"load": loud}
+    assert bench.read(columns).channels["load"].valid.all()
+    columns["load"][300:330] = 300.0
+    with pytest.raises(InputError, match="30 samples in all"):
+        bench.read(columns)
 
 
 def test_a_gauge_may_rest_at_the_lower_end_zero(bench):
