@@ -11,11 +11,11 @@ from rigid.choosing.laws import Law, amplitude_labels
 from rigid.choosing.together import Place
 from rigid.discovery.candidates import even_settings
 from rigid.discovery.evidence import amplitudes, most_probable
-from rigid.discovery.families import Family, sweep
+from rigid.discovery.families import Family, read
 from rigid.discovery.hypothesis import Hypothesis, parameters_of, widened
 from rigid.discovery.local import Local
 from rigid.discovery.refit import standard_of
-from rigid.discovery.samples import split_swept
+from rigid.discovery.samples import flat_readings
 from rigid.discovery.traces import reads
 from rigid.parameters import Parameter
 
@@ -161,5 +161,5 @@ def _changes(base: Local, family: Family, jobs: Sequence[tuple[Hypothesis, Job]]
         own = {k: float(laws[k].from_standard(z)) for k, z in job.numbers.items()}
         lanes.append(every | dict(hypothesis.held) | own)
     values = {k: np.array([lane[k] for lane in lanes]) for k in every}
-    reading, _ = split_swept(base.layout, sweep(family, values, {}))
+    reading = flat_readings(base.layout, read(family, values))
     return (reading[:, 1:] - reading[:, :1]) * reads(base)[:, None]

@@ -1,13 +1,13 @@
 """Several laws led to their optima side by side: each turn of the program serves them all."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from rigid.choosing.stepping import model_of, moved_within, promised
-from rigid.discovery.families import Family, sweep
+from rigid.discovery.families import Family, read, sweep
 from rigid.discovery.hypothesis import Hypothesis
 from rigid.discovery.local import (
     LONGEST,
@@ -17,7 +17,7 @@ from rigid.discovery.local import (
     laid,
     with_noise,
 )
-from rigid.discovery.samples import split_swept
+from rigid.discovery.samples import flat_readings, split_swept
 
 MOST_TURNS = 25
 CLOSE = 0.2
@@ -30,6 +30,9 @@ MOST_TRIES = 4
 """Steps of one law that are tried in one turn, where lanes are free."""
 SHORTEST = 0.003
 """Length, in prior sds, below which no more steps are tried."""
+STEP = 1e-4
+"""Change of w, in prior sds, whose difference gives a slope: a ten-thousandth of what bends it, and
+a hundred thousand times what rounding leaves of a reading."""
 
 
 class Program(NamedTuple):
@@ -37,17 +40,23 @@ class Program(NamedTuple):
 
     - `family`: simulates laws. - `plain`: the program of the model without what the laws add, whose
       turns cost next to nothing: slopes by all numbers but the added effects' are taken from it, at
-      the same values of these numbers. None: all slopes are those of `family`.
+      the same values of these numbers; those of the added effects' are differences. None: all
+      slopes are derivatives of `family`.
     """
 
     family: Family
     plain: Family | None = None
 
-    def lanes(self, hypothesis: Hypothesis) -> list[int]:
+    def own(self, hypothesis: Hypothesis) -> list[int]:
         """Entries of w by which `family` gives slopes."""
         total = len(hypothesis.parameters)
         first = 0 if self.plain is None else total - added_size(hypothesis)
-        return list(range(first, total)) or [0]
+        return list(range(first, total))
+
+    def lanes(self, hypothesis: Hypothesis) -> int:
+        """Simulations by `family` that a place takes."""
+        own = len(self.own(hypothesis))
+        return own if self.plain is None else 1 + own
 
 
 class Place(NamedTuple):
@@ -109,35 +118,46 @@ class Climb(NamedTuple):
 
 def simulated(program: Program, places: Sequence[Place]) -> list[Local]:
     """Expand several laws in one sweep of a program that holds them all."""
-    family = program.family
-    values: dict[str, list[float]] = {}
-    tangents: dict[str, list[float]] = {}
-    for place in places:
-        hypothesis = place.like.hypothesis
-        here = hypothesis.values(place.w)
-        every = dict(family.quiet) | hypothesis.constants() | {k: v for k, (v, _) in here.items()}
-        for number in program.lanes(hypothesis):
-            label = hypothesis.labels[number]
-            for key, value in every.items():
-                values.setdefault(key, []).append(value)
-                tangents.setdefault(key, []).append(here[label][1] if key == label else 0.0)
     layout = places[0].like.layout
-    swept = sweep(
-        family,
-        {k: np.array(v) for k, v in values.items()},
-        {k: np.array(v) for k, v in tangents.items()},
-    )
-    reading, slopes = split_swept(layout, swept)
-    out, at, known = [], 0, _plain_slopes(program, places)
-    for place, design in zip(places, known, strict=True):
-        like = place.like
-        count = len(program.lanes(like.hypothesis))
-        kept = len(like.hypothesis.parameters) if design is None else added_size(like.hypothesis)
-        here = (reading[:, at], slopes[:, at : at + count][:, :kept])
-        where = family, like.layout
-        out.append(laid(like.hypothesis, where, (place.w, like.z_noise), here, design))
+    lanes = [_lanes(program, place) for place in places]
+    values = _joined([v for ones, _ in lanes for v in ones])
+    if program.plain is None:
+        swept = sweep(program.family, values, _joined([t for _, ones in lanes for t in ones]))
+        reading, slopes = split_swept(layout, swept)
+    else:
+        reading = slopes = flat_readings(layout, read(program.family, values))
+    out, at = [], 0
+    for place, design in zip(places, _plain_slopes(program, places), strict=True):
+        like, count = place.like, program.lanes(place.like.hypothesis)
+        here, along = reading[:, at], slopes[:, at : at + count]
+        if design is not None:
+            along = (along[:, 1:] - here[:, None]) / STEP
+        where = program.family, like.layout
+        out.append(laid(like.hypothesis, where, (place.w, like.z_noise), (here, along), design))
         at += count
     return out
+
+
+def _lanes(program: Program, place: Place) -> tuple[list[dict], list[dict]]:
+    """Values of each simulation that a place takes, and along what its derivative goes.
+
+    Where slopes are differences, the place itself comes first.
+    """
+    hypothesis = place.like.hypothesis
+    here = hypothesis.values(place.w)
+    every = dict(program.family.quiet) | hypothesis.constants()
+    every |= {k: v for k, (v, _) in here.items()}
+    labels = [hypothesis.labels[i] for i in program.own(hypothesis)]
+    if program.plain is None:
+        along = [dict.fromkeys(every, 0.0) | {k: here[k][1]} for k in labels]
+        return [every] * len(along), along
+    moved = [every | {k: here[k][0] + STEP * here[k][1]} for k in labels]
+    return [every, *moved], []
+
+
+def _joined(lanes: Sequence[Mapping[str, float]]) -> dict[str, np.ndarray]:
+    """Lanes as one array by label."""
+    return {k: np.array([lane[k] for lane in lanes]) for k in lanes[0]}
 
 
 def _plain_slopes(program: Program, places: Sequence[Place]) -> list[np.ndarray | None]:
@@ -147,13 +167,8 @@ def _plain_slopes(program: Program, places: Sequence[Place]) -> list[np.ndarray 
     bare = []
     for place in places:
         full = place.like.hypothesis
-        listed = full.problem.parameters
-        inside = {p.label for p in (*listed.sampled, *listed.known)}
-        held = {k: v for k, v in full.held.items() if k in inside}
         total, base = len(full.parameters), len(full.parameters) - added_size(full)
-        like = dataclasses.replace(
-            place.like, hypothesis=dataclasses.replace(full, added=(), held=held)
-        )
+        like = dataclasses.replace(place.like, hypothesis=full.alone)
         bare.append(Place(like, np.concatenate([place.w[:base], place.w[total:]])))
     return [one.design for one in simulated(Program(program.plain), bare)]
 
@@ -178,7 +193,7 @@ def descended(program: Program, found: Sequence[Local], turns: int = MOST_TURNS)
         open_ = [i for i, climb in enumerate(climbs) if climb.open]
         if not open_:
             break
-        needed = sum(len(program.lanes(climbs[i].here.hypothesis)) for i in open_)
+        needed = sum(program.lanes(climbs[i].here.hypothesis) for i in open_)
         tries = min(MOST_TRIES, max(1, program.family.lanes // needed))
         steps = {i: _steps(climbs[i].here, climbs[i].reach, tries) for i in open_}
         places = [
