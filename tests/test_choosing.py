@@ -99,14 +99,11 @@ ONE_BRANCH = Law(WITH_MEMORY, True, None, {"mu_branch[2]": 0.0})
 def fits(made: Problem) -> tuple[Family, dict[str, Local]]:
     """Constant friction and one branch of memory, each at its best."""
     family = families(made, (), together=True)[0]
-    noise = np.zeros(3)
     out = {}
     for law in (CONSTANT, ONE_BRANCH):
         hypothesis = Hypothesis(made, held=law.held)
-        like = expand(hypothesis, (family, lay_out(made)), np.zeros(hypothesis.size), noise)
-        out[law.name] = led(Program(family), simulated(Program(family), prior_starts(like, 1, 0)))[
-            0
-        ]
+        begun = simulated(Program(family), prior_starts(hypothesis, lay_out(made), 1, 0))
+        out[law.name] = led(Program(family), begun)[0]
     return family, out
 
 
@@ -259,8 +256,8 @@ def held_at(family: Family, made: Problem, value: float, at: Local) -> Local:
     hypothesis = Hypothesis(made, held=dict(ONE_BRANCH.held) | {"mu_branch[1]": value})
     keep = np.array([label != "mu_branch[1]" for label in at.hypothesis.labels])
     w = at.w[np.concatenate([keep, np.ones(len(at.w) - len(keep), dtype=bool)])]
-    like = dataclasses.replace(at, hypothesis=hypothesis, w=w)
-    return led(Program(family), simulated(Program(family), [Place(like, w)]))[0]
+    place = Place(hypothesis, at.layout, w, at.z_noise)
+    return led(Program(family), simulated(Program(family), [place]))[0]
 
 
 def test_no_branch_at_all_fits_as_well_as_constant_friction_and_none_better_than_the_fit(plain):
@@ -304,7 +301,8 @@ def test_a_valley_that_is_bent_in_logarithms_is_walked_in_a_few_turns(plain, mon
     the logarithms, they do not.
     """
     family, found = plain
-    begun = simulated(Program(family), prior_starts(found[WITH_MEMORY], 1, 0))
+    like = found[WITH_MEMORY]
+    begun = simulated(Program(family), prior_starts(like.hypothesis, like.layout, 1, 0))
     ends = descended(Program(family), begun, 6)
     assert promised(ends[0]) < CLOSE
     monkeypatch.setattr(stepping, "bent_of", lambda local: np.zeros(len(local.w)))
@@ -357,8 +355,8 @@ def test_left_out_records_are_predicted_as_a_fit_without_them_says(plain):
     assert not quick.refitted.any()
     for rows, density in zip(parts, quick.density, strict=True):
         less = local.layout.weighed(np.where(rows, 0.0, local.layout.weight))
-        again = expand(local.hypothesis, (family, less), local.w, local.z_noise)
-        again = descended(Program(family), [again])[0]
+        place = Place(local.hypothesis, less, local.w, local.z_noise)
+        again = descended(Program(family), simulated(Program(family), [place]))[0]
         assert density == pytest.approx(evidence(local, {}) - evidence(again, {}), abs=0.1)
 
 
@@ -388,7 +386,7 @@ def test_slopes_of_the_model_without_an_effect_serve_where_it_is_absent(plain):
     hypothesis = Hypothesis(made, (force,), held=CONSTANT.held)
     count = len(constant.hypothesis.parameters)
     w = np.insert(constant.w, count, 0.0)
-    place = Place(dataclasses.replace(constant, hypothesis=hypothesis), w)
+    place = Place(hypothesis, constant.layout, w, constant.z_noise)
     wide = families(made, (force,), together=True)[0]
     (whole,), (parted,) = (simulated(p, [place]) for p in (Program(wide), Program(wide, family)))
     assert hypothesis.labels[count] == "F_constant"
@@ -399,7 +397,22 @@ def test_slopes_of_the_model_without_an_effect_serve_where_it_is_absent(plain):
     np.testing.assert_allclose(
         parted.design / size, whole.design / size, atol=1e-6
     )  # a column each, in units of its largest entry
-    assert Program(wide, family).lanes(hypothesis) == [count]
+    assert Program(wide, family).own(hypothesis) == [count]
+    assert Program(wide, family).lanes(hypothesis) == 2
+
+
+def test_slopes_by_differences_are_derivatives(plain):
+    """In noise sds, summed in squares over all samples; their sizes here are up to 2e5."""
+    family, found = plain
+    local = found[WITH_MEMORY]
+    where = family, local.layout
+    exact = expand(local.hypothesis, where, local.w, local.z_noise)
+    scale = np.sqrt(exact.terms.bend)[:, None]
+    assert local.value == pytest.approx(exact.value, abs=1e-6)
+    off = np.linalg.norm(scale * (local.design - exact.design), axis=0)
+    print(np.linalg.norm(scale*exact.design,axis=0).max(), off.max(), local.log_evidence-exact.log_evidence)
+    assert off.max() < 0.1
+    assert local.log_evidence == pytest.approx(exact.log_evidence, abs=1e-3)
 
 
 def rounded(local: Local, rng: np.random.Generator) -> np.ndarray:

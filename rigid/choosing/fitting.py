@@ -19,10 +19,9 @@ from rigid.choosing.together import (
 )
 from rigid.discovery.families import families
 from rigid.discovery.hypothesis import Hypothesis
-from rigid.discovery.local import Local, expand, with_weights
+from rigid.discovery.local import Local, with_weights
 from rigid.discovery.samples import Layout, lay_out
 from rigid.discovery.weights import facts
-from rigid.newton import is_noise
 from rigid.priors import AbstractLaw
 from rigid.problem import Problem
 
@@ -113,9 +112,7 @@ def _viscous(
     A law that contains another is never the worse for it: where its own starts have led nowhere,
     that of the other does.
     """
-    none = np.zeros(hypothesis.size), np.zeros(int(is_noise(hypothesis.problem).sum()))
-    like = expand(hypothesis, (program.family, layout), *none)
-    memory = _best(program, prior_starts(like, STARTS, seed))
+    memory = _best(program, prior_starts(hypothesis, layout, STARTS, seed))
     still = _best(program, constant_starts(memory, constant))
     again = _best(program, memory_starts(still, memory))
     return {VISCOUS: still, MEMORY: max(memory, again, key=lambda one: one.value)}

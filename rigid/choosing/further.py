@@ -45,7 +45,7 @@ def _otherwise(
 ) -> dict[Setting, Local]:
     """A law with one setting of all records multiplied, by setting that a record has."""
     moved = {s: otherwise(one.local, *s) for s in settings}
-    places = {s: Place(one.local, w) for s, w in moved.items() if w is not None}
+    places = {s: Place.beside(one.local, w) for s, w in moved.items() if w is not None}
     if not places:
         return {}
     ends = simulated(found.fitted.programs.of(one.law), list(places.values()))

@@ -112,5 +112,5 @@ def _again(
         local, _ = fits[job.law]
         less = with_weights(local, np.where(job.rows, 0.0, local.layout.weight))
         longest = max(float(np.abs(job.shift).max()), 1.0)
-        places.append(Place(less, local.w + job.shift / longest))
+        places.append(Place.beside(less, local.w + job.shift / longest))
     return descended(program, simulated(program, places), MOST_AGAIN)

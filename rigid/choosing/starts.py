@@ -11,12 +11,13 @@ from rigid.choosing.laws import Law, amplitude_labels
 from rigid.choosing.together import Place
 from rigid.discovery.candidates import even_settings
 from rigid.discovery.evidence import amplitudes, most_probable
-from rigid.discovery.families import Family, sweep
+from rigid.discovery.families import Family, read
 from rigid.discovery.hypothesis import Hypothesis, parameters_of, widened
 from rigid.discovery.local import Local
 from rigid.discovery.refit import standard_of
-from rigid.discovery.samples import split_swept
+from rigid.discovery.samples import Layout, flat_readings
 from rigid.discovery.traces import reads
+from rigid.newton import is_noise
 from rigid.parameters import Parameter
 
 LEVELS = (-2.5, 0.0)
@@ -29,14 +30,15 @@ CARRIED = (0.0, 0.5, 1.0)
 """Shares of the branches' friction that a constant coefficient may have to carry, tried in turn."""
 
 
-def prior_starts(like: Local, count: int, seed: int) -> list[Place]:
+def prior_starts(hypothesis: Hypothesis, layout: Layout, count: int, seed: int) -> list[Place]:
     """Places to begin at without any fit: the centre of the priors, then draws from them.
 
-    - `like`: the model anywhere. Sensors begin as their sheets say.
+    Sensors and noise levels begin as their sheets say.
     """
-    drawn = np.random.default_rng(seed).standard_normal((count, len(like.w)))
-    drawn[0], drawn[:, len(like.hypothesis.parameters) :] = 0.0, 0.0
-    return [Place(like, w) for w in drawn]
+    drawn = np.random.default_rng(seed).standard_normal((count, hypothesis.size))
+    drawn[0], drawn[:, len(hypothesis.parameters) :] = 0.0, 0.0
+    quiet = np.zeros(int(is_noise(hypothesis.problem).sum()))
+    return [Place(hypothesis, layout, w, quiet) for w in drawn]
 
 
 def memory_starts(constant: Local, like: Local) -> list[Place]:
@@ -54,7 +56,7 @@ def memory_starts(constant: Local, like: Local) -> list[Place]:
     at, (mu, _) = new.labels.index("mu"), old.values(constant.w)["mu"]
     own[at] = standard_of(new.parameters[at].law, max(mu - carried, 0.5 * mu))
     w = np.concatenate([own, constant.w[len(old.labels) :]])
-    return [Place(dataclasses.replace(like, z_noise=constant.z_noise), w)]
+    return [Place(new, like.layout, w, constant.z_noise)]
 
 
 class Job(NamedTuple):
@@ -84,7 +86,7 @@ def constant_starts(memory: Local, law: Law) -> list[Place]:
     for share in CARRIED:
         begun = w.copy()
         begun[at] = standard_of(new.parameters[at].law, values["mu"] + share * branches)
-        out.append(Place(dataclasses.replace(memory, hypothesis=new, w=begun), begun))
+        out.append(Place(new, memory.layout, begun, memory.z_noise))
     return out
 
 
@@ -122,10 +124,8 @@ def dry_starts(
         numbers = dict(job.numbers) | {label: best}
         moved = base.w + cho_solve(solved, base.gradient - share * shared)
         sensors = len(base.layout.problem.sensors)
-        place = Place(
-            dataclasses.replace(base, hypothesis=hypothesis),
-            widened(moved, sensors, numbers.values()),
-        )
+        w = widened(moved, sensors, numbers.values())
+        place = Place(hypothesis, base.layout, w, base.z_noise)
         prior = 0.5 * sum(z * z for z in numbers.values())
         places[job.law.name].append((share * slope - 0.5 * share**2 * bend - prior, place))
     ranked = {name: sorted(p, key=lambda one: -one[0]) for name, p in places.items()}
@@ -161,5 +161,5 @@ def _changes(base: Local, family: Family, jobs: Sequence[tuple[Hypothesis, Job]]
         own = {k: float(laws[k].from_standard(z)) for k, z in job.numbers.items()}
         lanes.append(every | dict(hypothesis.held) | own)
     values = {k: np.array([lane[k] for lane in lanes]) for k in every}
-    reading, _ = split_swept(base.layout, sweep(family, values, {}))
+    reading = flat_readings(base.layout, read(family, values))
     return (reading[:, 1:] - reading[:, :1]) * reads(base)[:, None]

@@ -1,13 +1,12 @@
 """Several laws led to their optima side by side: each turn of the program serves them all."""
 
-import dataclasses
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from rigid.choosing.stepping import model_of, moved_within, promised
-from rigid.discovery.families import Family, sweep
+from rigid.discovery.families import Family, read
 from rigid.discovery.hypothesis import Hypothesis
 from rigid.discovery.local import (
     LONGEST,
@@ -17,7 +16,7 @@ from rigid.discovery.local import (
     laid,
     with_noise,
 )
-from rigid.discovery.samples import split_swept
+from rigid.discovery.samples import Layout, flat_readings
 
 MOST_TURNS = 25
 CLOSE = 0.2
@@ -30,6 +29,10 @@ MOST_TRIES = 4
 """Steps of one law that are tried in one turn, where lanes are free."""
 SHORTEST = 0.003
 """Length, in prior sds, below which no more steps are tried."""
+STEP = 1e-6
+"""Change of w, in prior sds, whose difference gives a slope. Beside derivatives, slopes were off by
+less than 0.1 noise sds (root of the sum over all samples) where their size was up to 1e5, log
+evidences by 1e-4."""
 
 
 class Program(NamedTuple):
@@ -43,18 +46,31 @@ class Program(NamedTuple):
     family: Family
     plain: Family | None = None
 
-    def lanes(self, hypothesis: Hypothesis) -> list[int]:
+    def own(self, hypothesis: Hypothesis) -> list[int]:
         """Entries of w by which `family` gives slopes."""
         total = len(hypothesis.parameters)
-        first = 0 if self.plain is None else total - added_size(hypothesis)
-        return list(range(first, total)) or [0]
+        return list(range(0 if self.plain is None else total - added_size(hypothesis), total))
+
+    def lanes(self, hypothesis: Hypothesis) -> int:
+        """Simulations by `family` that a place takes: itself, and a difference a slope."""
+        return 1 + len(self.own(hypothesis))
 
 
 class Place(NamedTuple):
-    """Where a law is to be simulated: its fit somewhere else, and w (size,) of here."""
+    """Where a law is to be simulated.
 
-    like: Local
+    - `hypothesis`; `layout`: of the samples. - `w` (size,); `z_noise` (levels,).
+    """
+
+    hypothesis: Hypothesis
+    layout: Layout
     w: np.ndarray
+    z_noise: np.ndarray
+
+    @classmethod
+    def beside(cls, local: Local, w: np.ndarray) -> "Place":
+        """Another place of a law that has been fitted."""
+        return cls(local.hypothesis, local.layout, w, local.z_noise)
 
 
 class Climb(NamedTuple):
@@ -108,36 +124,32 @@ class Climb(NamedTuple):
 
 
 def simulated(program: Program, places: Sequence[Place]) -> list[Local]:
-    """Expand several laws in one sweep of a program that holds them all."""
-    family = program.family
-    values: dict[str, list[float]] = {}
-    tangents: dict[str, list[float]] = {}
-    for place in places:
-        hypothesis = place.like.hypothesis
-        here = hypothesis.values(place.w)
-        every = dict(family.quiet) | hypothesis.constants() | {k: v for k, (v, _) in here.items()}
-        for number in program.lanes(hypothesis):
-            label = hypothesis.labels[number]
-            for key, value in every.items():
-                values.setdefault(key, []).append(value)
-                tangents.setdefault(key, []).append(here[label][1] if key == label else 0.0)
-    layout = places[0].like.layout
-    swept = sweep(
-        family,
-        {k: np.array(v) for k, v in values.items()},
-        {k: np.array(v) for k, v in tangents.items()},
-    )
-    reading, slopes = split_swept(layout, swept)
-    out, at, known = [], 0, _plain_slopes(program, places)
-    for place, design in zip(places, known, strict=True):
-        like = place.like
-        count = len(program.lanes(like.hypothesis))
-        kept = len(like.hypothesis.parameters) if design is None else added_size(like.hypothesis)
-        here = (reading[:, at], slopes[:, at : at + count][:, :kept])
-        where = family, like.layout
-        out.append(laid(like.hypothesis, where, (place.w, like.z_noise), here, design))
-        at += count
+    """Expand several laws in one sweep of a program that holds them all.
+
+    Slopes are differences: bare simulations take a fifth of the time of derivatives, and compile in
+    a quarter.
+    """
+    lanes = [lane for place in places for lane in _lanes(program, place)]
+    values = {label: np.array([lane[label] for lane in lanes]) for label in lanes[0]}
+    reading = flat_readings(places[0].layout, read(program.family, values))
+    out, at = [], 0
+    for place, design in zip(places, _plain_slopes(program, places), strict=True):
+        end = at + program.lanes(place.hypothesis)
+        slopes = (reading[:, at + 1 : end] - reading[:, at : at + 1]) / STEP
+        where, here = (program.family, place.layout), (place.w, place.z_noise)
+        out.append(laid(place.hypothesis, where, here, (reading[:, at], slopes), design))
+        at = end
     return out
+
+
+def _lanes(program: Program, place: Place) -> list[dict[str, float]]:
+    """Values of each simulation that a place takes, the place itself first."""
+    hypothesis = place.hypothesis
+    here = hypothesis.values(place.w)
+    every = dict(program.family.quiet) | hypothesis.constants()
+    every |= {label: value for label, (value, _) in here.items()}
+    moved = [hypothesis.labels[i] for i in program.own(hypothesis)]
+    return [every, *(every | {k: here[k][0] + STEP * here[k][1]} for k in moved)]
 
 
 def _plain_slopes(program: Program, places: Sequence[Place]) -> list[np.ndarray | None]:
@@ -146,15 +158,10 @@ def _plain_slopes(program: Program, places: Sequence[Place]) -> list[np.ndarray 
         return [None] * len(places)
     bare = []
     for place in places:
-        full = place.like.hypothesis
-        listed = full.problem.parameters
-        inside = {p.label for p in (*listed.sampled, *listed.known)}
-        held = {k: v for k, v in full.held.items() if k in inside}
+        full = place.hypothesis
         total, base = len(full.parameters), len(full.parameters) - added_size(full)
-        like = dataclasses.replace(
-            place.like, hypothesis=dataclasses.replace(full, added=(), held=held)
-        )
-        bare.append(Place(like, np.concatenate([place.w[:base], place.w[total:]])))
+        w = np.concatenate([place.w[:base], place.w[total:]])
+        bare.append(place._replace(hypothesis=full.alone, w=w))
     return [one.design for one in simulated(Program(program.plain), bare)]
 
 
@@ -178,11 +185,13 @@ def descended(program: Program, found: Sequence[Local], turns: int = MOST_TURNS)
         open_ = [i for i, climb in enumerate(climbs) if climb.open]
         if not open_:
             break
-        needed = sum(len(program.lanes(climbs[i].here.hypothesis)) for i in open_)
+        needed = sum(program.lanes(climbs[i].here.hypothesis) for i in open_)
         tries = min(MOST_TRIES, max(1, program.family.lanes // needed))
         steps = {i: _steps(climbs[i].here, climbs[i].reach, tries) for i in open_}
         places = [
-            Place(climbs[i].here, climbs[i].here.w + step) for i in open_ for step, _ in steps[i]
+            Place.beside(climbs[i].here, climbs[i].here.w + step)
+            for i in open_
+            for step, _ in steps[i]
         ]
         tried = iter(simulated(program, places))
         for i in open_:

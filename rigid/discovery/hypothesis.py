@@ -9,9 +9,11 @@ import dataclasses
 from collections.abc import Iterable, Mapping
 from functools import cached_property
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from rigid.discovery.candidates import laws_of
 from rigid.effects import AbstractEffect
@@ -58,12 +60,19 @@ class Hypothesis:
         """Length of w."""
         return len(self.parameters) + 2 * len(self.problem.sensors)
 
+    @cached_property
+    def alone(self) -> "Hypothesis":
+        """The same without what was added."""
+        listed = self.problem.parameters
+        inside = {p.label for p in (*listed.sampled, *listed.known)}
+        held = {k: v for k, v in self.held.items() if k in inside}
+        return dataclasses.replace(self, added=(), held=held)
+
     def values(self, w: np.ndarray) -> dict[str, tuple[float, float]]:
         """SI value and its slope by w of each parameter, by label."""
-        out = {}
+        w, out = np.asarray(w), {}
         for members, law in self._alike:
-            z = jnp.asarray(np.asarray(w)[members])
-            value, slope = jax.jvp(law.from_standard, (z,), (jnp.ones(len(members)),))
+            value, slope = _placed(law, jnp.asarray(w[members]))
             for i, v, s in zip(members, value.tolist(), slope.tolist(), strict=True):
                 out[self.labels[i]] = v, s
         return out
@@ -80,9 +89,13 @@ class Hypothesis:
 
     def constants(self) -> dict[str, float]:
         """SI values of what is known or held, and of noise levels' places."""
+        return self._known | dict(self.held)
+
+    @cached_property
+    def _known(self) -> dict[str, float]:
+        """SI values of what the problem knows, and 0 for each noise level."""
         known = {p.label: float(p.law.from_standard(0.0)) for p in self.problem.parameters.known}
-        noise = {p.label: 0.0 for p in self.problem.parameters.sampled if p.base == "noise"}
-        return known | noise | dict(self.held)
+        return known | {p.label: 0.0 for p in self.problem.parameters.sampled if p.base == "noise"}
 
     def sensors(self, w: np.ndarray) -> np.ndarray:
         """Gains and zeros on their standard scale (sensors, 2)."""
@@ -91,13 +104,15 @@ class Hypothesis:
     def sigmas(self, z_noise: np.ndarray) -> np.ndarray:
         """Noise level of every sensor (sensors,) [SI]."""
         laws = [p for p in self.problem.parameters.sampled if p.base == "noise"]
-        level = {p.label: float(p.law.from_standard(z)) for p, z in zip(laws, z_noise, strict=True)}
-        level |= {
-            p.label: float(p.law.from_standard(0.0))
-            for p in self.problem.parameters.known
-            if p.base == "noise"
-        }
+        placed = zip(laws, np.asarray(z_noise), strict=True)
+        level = self._known | {p.label: float(_placed(p.law, jnp.asarray(z))[0]) for p, z in placed}
         return np.array([level[f"noise[{s}]"] for s in self.problem.sensors])
+
+
+@eqx.filter_jit
+def _placed(law: AbstractLaw, z: Array) -> tuple[Array, Array]:
+    """Value of a law at standard normal z, and its slope by it."""
+    return jax.jvp(law.from_standard, (z,), (jnp.ones_like(z),))
 
 
 def parameters_of(

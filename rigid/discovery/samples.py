@@ -12,7 +12,7 @@ from jax import Array
 
 from rigid import noise
 from rigid.discovery.families import Swept
-from rigid.likelihood import Piece
+from rigid.likelihood import SensorSheet
 from rigid.problem import Problem
 
 
@@ -24,6 +24,17 @@ class Channel(NamedTuple):
     quantity: str
     sensor: str
     interval: float
+
+
+class Stretch(NamedTuple):
+    """Samples of one quantity in one group of records, channel after channel.
+
+    - `sheet`: of their sensors. - `size`: how many. - `sensors`: number of each channel's sensor.
+    """
+
+    sheet: SensorSheet
+    size: int
+    sensors: tuple[int, ...]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -85,6 +96,16 @@ class Layout:
         sheets = {p.sensor(i): p.sheet.spread for p in pieces for i in range(len(p.tracks))}
         return np.array([sheets[sensor] for sensor in self.problem.sensors])
 
+    @cached_property
+    def stretches(self) -> tuple[Stretch, ...]:
+        """The samples, piece after piece."""
+        listed = self.problem.sensors
+        return tuple(
+            Stretch(p.sheet, p.data.size, tuple(listed.index(p.sensor(i)) for i in range(count)))
+            for p in self.problem.pieces
+            for count in (len(p.tracks),)
+        )
+
     def weighed(self, weight: np.ndarray) -> "Layout":
         """Return the same samples with other weights (n,)."""
         return dataclasses.replace(self, weight=weight)
@@ -132,10 +153,17 @@ class Terms(NamedTuple):
 
 
 @eqx.filter_jit
-def _terms(piece: Piece, residual: Array, sigma: Array) -> tuple[Array, Array, Array]:
-    """Terms of a piece, weights left out; `residual` (samples, tracks), `sigma` (tracks,)."""
-    point = noise.sample_law(sigma, piece.sheet.step, piece.sheet.noise)(residual)
-    return point.value, point.slope, -point.curvature
+def _terms(stretches: tuple[Stretch, ...], residual: Array, sigma: Array) -> list[Terms]:
+    """Terms of each stretch, weights left out; `residual` (n,), `sigma` (sensors,)."""
+    parts, at = [], 0
+    for one in stretches:
+        here = residual[at : at + one.size].reshape(len(one.sensors), -1)
+        at += one.size
+        law = noise.sample_law(sigma[np.array(one.sensors), None], one.sheet.step, one.sheet.noise)
+        point = law(here)
+        found = (point.value, point.slope, -point.curvature)
+        parts.append(Terms(*(x.ravel() for x in found)))
+    return parts
 
 
 def terms(layout: Layout, residual: np.ndarray, sigma: np.ndarray) -> Terms:
@@ -143,17 +171,9 @@ def terms(layout: Layout, residual: np.ndarray, sigma: np.ndarray) -> Terms:
 
     - `residual` (n,): recorded less expected. - `sigma` (sensors,): noise levels.
     """
-    parts, at, listed = [], 0, layout.problem.sensors
-    for piece in layout.problem.pieces:
-        rows, tracks = piece.data.shape
-        here = residual[at : at + rows * tracks].reshape(tracks, rows).T
-        at += rows * tracks
-        sensors = [listed.index(piece.sensor(i)) for i in range(tracks)]
-        found = _terms(piece, jnp.asarray(here), jnp.asarray(sigma[np.array(sensors)]))
-        parts.append([np.asarray(x).T.ravel() for x in found])
-    value, score, bend = (np.concatenate(p) for p in zip(*parts, strict=True))
-    w = layout.weight
-    return Terms(w * value, w * score, w * bend)
+    parts = _terms(layout.stretches, jnp.asarray(residual), jnp.asarray(sigma))
+    together = (np.concatenate([np.asarray(x) for x in part]) for part in zip(*parts, strict=True))
+    return Terms(*(layout.weight * part for part in together))
 
 
 def data_of(layout: Layout) -> np.ndarray:
