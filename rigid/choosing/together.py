@@ -10,6 +10,7 @@ from rigid.discovery.families import Family, read
 from rigid.discovery.hypothesis import Hypothesis
 from rigid.discovery.local import (
     LONGEST,
+    STEP,
     Local,
     added_size,
     fitted_noise,
@@ -29,10 +30,6 @@ MOST_TRIES = 4
 """Steps of one law that are tried in one turn, where lanes are free."""
 SHORTEST = 0.003
 """Length, in prior sds, below which no more steps are tried."""
-STEP = 1e-6
-"""Change of w, in prior sds, whose difference gives a slope. Beside derivatives, slopes were off by
-less than 0.1 noise sds (root of the sum over all samples) where their size was up to 1e5, log
-evidences by 1e-4."""
 
 
 class Program(NamedTuple):

@@ -5,10 +5,11 @@ import json
 
 import numpy as np
 
+from rigid.discovery.bumps import Bumps, Target, bumps
 from rigid.discovery.candidates import EVENT, Candidate, candidates, events
 from rigid.discovery.families import Effects, Family
 from rigid.discovery.local import Local
-from rigid.discovery.traces import Bumps, Target, bumps, traces
+from rigid.discovery.traces import traces
 from rigid.shelf import Arrays, Shelf
 
 SHAPES = 4

@@ -12,10 +12,10 @@ from functools import cached_property
 import numpy as np
 from scipy.special import logsumexp
 
+from rigid.discovery.bumps import Target
 from rigid.discovery.candidates import Candidate
 from rigid.discovery.evidence import Bundle, amplitudes, log_bayes
 from rigid.discovery.screening import Screening
-from rigid.discovery.traces import Target
 
 NOTHING, UNNAMED = "nothing", "unnamed"
 PRIOR_NOTHING, PRIOR_UNNAMED = 0.5, 0.1

@@ -50,11 +50,16 @@ class Family:
     width: int | None = None
 
     @property
+    def steady(self) -> bool:
+        """Whether every effect in it is: then derivatives cost little."""
+        return all(e.steady for group in self.groups for e in group.effects)
+
+    @property
     def lanes(self) -> int:
         """Simulations side by side."""
         if self.width is not None:
             return self.width
-        return LANES if all(e.steady for g in self.groups for e in g.effects) else FEW
+        return LANES if self.steady else FEW
 
 
 def families(
@@ -148,11 +153,15 @@ def sweep(
     return [(parts[0], parts[1]) for parts in _in_turns(family, asked, lanes, one)]
 
 
-def read(family: Family, values: Mapping[str, np.ndarray]) -> list[dict[str, np.ndarray]]:
+def read(
+    family: Family,
+    values: Mapping[str, np.ndarray],
+    acts: Mapping[str, np.ndarray] | None = None,
+) -> list[dict[str, np.ndarray]]:
     """Simulate all records without derivatives: readings of every group, as in `Swept`.
 
-    - `values`: as in `sweep`. A lane takes a fifth of the time that one with a derivative takes
-      where a rig is not steady.
+    - `values`, `acts`: as in `sweep`. A lane takes a fifth of the time that one with a derivative
+      takes where a rig is not steady.
     """
     lanes, width = len(next(iter(values.values()))), family.lanes
     every = {k: np.full(lanes, v) for k, v in family.quiet.items()} | dict(values)
@@ -160,7 +169,7 @@ def read(family: Family, values: Mapping[str, np.ndarray]) -> list[dict[str, np.
     def one(group: AbstractGroup, mine: np.ndarray) -> Parts:
         return (_read(group, _cut(every, mine, width)),)
 
-    asked = [np.arange(lanes)] * len(family.groups)
+    asked = [np.flatnonzero(_asked(group, acts, lanes)) for group in family.groups]
     return [parts[0] for parts in _in_turns(family, asked, lanes, one)]
 
 
@@ -188,7 +197,7 @@ def _in_turns(
     out = []
     for number, group in enumerate(family.groups):
         shape = (group.samples, len(group.tracks), lanes)
-        count = len(parts[0])
+        count = len(parts[0]) if parts else 1
         found = tuple({q: np.zeros(shape) for q in group.quantities} for _ in range(count))
         for (at, mine), part in zip(jobs, parts, strict=True):
             if at == number:

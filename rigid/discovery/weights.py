@@ -3,7 +3,8 @@
 Residuals that resemble their neighbours count less (`rigid.correlation`). But a missing effect
 makes neighbours alike, too; taken for correlated noise, it would hide itself. So the correlation is
 that of what is left after the traces of all effects and hidden forces have had their say. Single
-samples that stand far off both neighbours are no physics of a rig: they do not count at all.
+samples that stand far off both neighbours are no physics of a rig, nor are those of a sensor at the
+end of its range: they do not count at all.
 """
 
 import numpy as np
@@ -11,11 +12,16 @@ from scipy.linalg import cho_factor, cho_solve
 
 from rigid.correlation import autoregression
 from rigid.discovery.local import Local
+from rigid.discovery.samples import data_of
 from rigid.discovery.screening import gram
+from rigid.records.checks import SATURATED_RUN
+from rigid.records.defects import runs
 
 SPIKE = 6.0
 """Sds of noise and rounding that a sample must stand off the median of its neighbourhood."""
 NEIGHBOURS = 5
+ABOVE = 2.0
+"""Sds by which the fit must lie above each of SATURATED_RUN equal greatest readings in a row."""
 TRACE_SD = 15.0
 """Prior sd of each trace, in units of its own strength: strong enough for all that is asked of."""
 
@@ -23,9 +29,7 @@ TRACE_SD = 15.0
 def spikes(local: Local) -> np.ndarray:
     """Where a sample stands off its neighbours (n,)."""
     layout, half = local.layout, NEIGHBOURS // 2
-    sigma = local.hypothesis.sigmas(local.z_noise)[layout.sensor]
-    steps = np.array([p.sheet.step for p in layout.problem.pieces for _ in p.tracks])
-    sd = np.sqrt(sigma**2 + steps[layout.channel] ** 2 / 12.0)
+    sd, _ = _sds(local)
     found = np.zeros(len(sd), dtype=bool)
     for number in range(len(layout.channels)):
         rows = np.flatnonzero((layout.channel == number) & layout.read)
@@ -37,13 +41,46 @@ def spikes(local: Local) -> np.ndarray:
     return found
 
 
+def beyond(local: Local) -> np.ndarray:
+    """Where the fit lies beyond the end of a sensor's range (n,).
+
+    A sensor that stands still at its greatest reading, while the fit is above it throughout, has
+    come to an end there. What it reads where the fit is that high says nothing, whichever way its
+    noise fell.
+    """
+    layout, read = local.layout, data_of(local.layout)
+    sd, step = _sds(local)
+    found = np.zeros(len(read), dtype=bool)
+    for sensor in range(len(layout.problem.sensors)):
+        mine = (layout.sensor == sensor) & layout.read
+        if not mine.any():
+            continue
+        end = float(read[mine].max()) - 0.5 * step[mine].max()
+        stuck = mine & (read >= end) & (local.residual < -ABOVE * sd)
+        for number in np.unique(layout.channel[stuck]):
+            rows = np.flatnonzero((layout.channel == number) & layout.read)
+            firsts, lasts = runs(stuck[rows])
+            if np.any(lasts - firsts + 1 >= SATURATED_RUN):
+                found |= mine & (read - local.residual > end)
+    return found
+
+
+def _sds(local: Local) -> tuple[np.ndarray, np.ndarray]:
+    """Sd of noise and rounding of every sample (n,), and the step of its converter (n,)."""
+    layout = local.layout
+    sigma = local.hypothesis.sigmas(local.z_noise)[layout.sensor]
+    steps = np.array([p.sheet.step for p in layout.problem.pieces for _ in p.tracks])
+    step = steps[layout.channel]
+    return np.sqrt(sigma**2 + step**2 / 12.0), step
+
+
 def facts(local: Local, traces: np.ndarray) -> np.ndarray:
-    """Weight of each sample (n,): 0 for spikes, one over the correlation time for the rest.
+    """Weight of each sample (n,): 0 for spikes and beyond a range, else one over correlation times.
 
     - `local`: fitted with weight 1 wherever something was read. - `traces` (n, k).
     """
     layout = local.layout
-    good = layout.read & ~spikes(local)
+    good = layout.read & ~spikes(local) & ~beyond(local)
     left = _unexplained(local, traces)
     weight = np.where(good, 1.0, 0.0)
     for number in range(len(layout.channels)):

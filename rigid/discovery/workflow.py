@@ -25,7 +25,7 @@ from rigid.priors import AbstractLaw
 from rigid.problem import Problem
 from rigid.shelf import Shelf
 
-SURE_MISSING = 0.05
+LIKELIER = 0.5
 """Something is missing where the probability of nothing is below this, and ..."""
 SIGNIFICANT = 0.01
 """... where as much is found in fewer than this share of campaigns in which nothing is."""
@@ -203,7 +203,7 @@ def _twins(found: Explained, fitted: Iterable[str], name: str) -> list[str]:
 
 
 def _missing(found: Explained, said: Odds) -> bool:
-    return said.nothing < SURE_MISSING and found.p_value < SIGNIFICANT
+    return said.nothing < LIKELIER and found.p_value < SIGNIFICANT
 
 
 def _step(
