@@ -1,4 +1,4 @@
-"""Long steps where walkers are unlike the record: other flows, a pump that bends, little friction."""
+"""Long steps where a rig is unlike the record: other flows, a pump that bends, little friction."""
 
 import equinox as eqx
 import jax.numpy as jnp

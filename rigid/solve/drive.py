@@ -63,6 +63,16 @@ class Plan:
         """Flow fraction after the switch inside each step; any where there is none."""
         return np.concatenate([[0], self.kink_level]).astype(int)[self.kink]
 
+    def within(self, parts: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return which part of its step each switch falls in, and the time [s] to that part's end.
+
+        - `parts`: into which a step is cut.
+        """
+        length = self.interval / parts
+        since = self.interval - self.kink_rest
+        part = np.clip(np.floor(since / length + EDGE).astype(int), 0, parts - 1)
+        return part, (part + 1) * length - since
+
 
 def plan(drives: tuple[Drive, ...]) -> Plan:
     """Lay the common grid of several drives.

@@ -1,10 +1,8 @@
-"""Exponential integrator: long steps through oscillations and stiffness.
+"""Exponential integrator: step matrices that lead through oscillations and stiffness.
 
 A step is y + Phi(h) f(y) with Phi(h) = integral of exp(A s) ds from 0 to h and A the Jacobian of
-the rig's own equations; it is exact for a linear rig under constant flow. The oil column changes
-slowly: f takes its value in the middle of the step, Phi is interpolated between the ends and the
-middle of the record's stroke. Source: Hochbruck and Ostermann 2010, Acta Numerica 19, exponential
-Rosenbrock methods.
+the rig's own equations; it is exact for a linear rig under constant flow. Source: Hochbruck and
+Ostermann 2010, Acta Numerica 19, exponential Rosenbrock methods.
 
 Arrays carry the walkers on their last axis: every operation is elementwise over it.
 """
@@ -12,19 +10,16 @@ Arrays carry the walkers on their last axis: every operation is elementwise over
 from collections.abc import Sequence
 from functools import reduce
 from operator import add
-from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jax import Array
 
 from rigid.rig import Rig, Surroundings
-from rigid.solve.drive import STRIDE, Plan
-from rigid.solve.strokes import Strokes
 
 DOUBLINGS = 12
 TAYLOR_DEGREE = 8
-"""4,096 sub-steps a step keep the Taylor remainder below 1e-11 up to mu = 5e6 N s/m."""
+"""4,096 sub-steps a sample keep the Taylor remainder below 1e-11 up to mu = 5e6 N s/m."""
 
 
 def product(left: Array, right: Array) -> Array:
@@ -58,17 +53,20 @@ def jacobian(rig: Rig, outside: Surroundings, column: Array) -> Array:
     return jnp.moveaxis(jax.vmap(along)(jnp.arange(n)), 0, 1)
 
 
-def step_matrix(matrix: Array, length: Array | float, scales: Sequence[float]) -> Array:
+def step_matrix(
+    matrix: Array, length: Array | float, scales: Sequence[float], doublings: int = DOUBLINGS
+) -> Array:
     """Phi(h), the integral of exp(A s) over s from 0 to h, by Taylor series and doubling.
 
     - `matrix` (n, n, ...) [1/s]: A. - `length` [s]: h, broadcasts over the trailing axes.
     - `scales` (n,): typical sizes of the states; without them the products overflow the precision.
+    - `doublings`: fewer serve a step that is shorter than a sample.
     """
     shape = (len(scales), 1) + (1,) * (matrix.ndim - 2)
     scale = jnp.asarray(scales).reshape(shape)
     unscale = jnp.moveaxis(scale, 0, 1)
     balanced = matrix * unscale / scale
-    small = jnp.asarray(length) / 2**DOUBLINGS
+    small = jnp.asarray(length) / 2**doublings
     unit = jnp.eye(len(scales)).reshape((len(scales),) * 2 + (1,) * (matrix.ndim - 2))
     tiny = balanced * small
 
@@ -76,46 +74,10 @@ def step_matrix(matrix: Array, length: Array | float, scales: Sequence[float]) -
         return unit + product(tiny, series) / (TAYLOR_DEGREE + 1 - k)
 
     series = jax.lax.fori_loop(0, TAYLOR_DEGREE, horner, unit + jnp.zeros_like(tiny))
-    phi = jax.lax.fori_loop(0, DOUBLINGS, lambda _, p: doubled(balanced, p), series * small)
+    phi = jax.lax.fori_loop(0, doublings, lambda _, p: doubled(balanced, p), series * small)
     return phi * scale / unscale
 
 
 def doubled(matrix: Array, phi: Array) -> Array:
     """Phi(2h) from Phi(h)."""
     return 2.0 * phi + product(phi, product(matrix, phi))
-
-
-class Tables(NamedTuple):
-    """Step matrices of one group for the current parameters.
-
-    - `low`, `slope`, `bend` (2, n, n, walkers): for short and long steps, coefficients of a
-      parabola through the least stroke (0), the middle and the greatest (1).
-    - `kinks` (kinks + 1, n, walkers): response to a unit rate of pressure from a switch on.
-    """
-
-    low: Array
-    slope: Array
-    bend: Array
-    kinks: Array
-
-
-def tables(rig: Rig, outside: Surroundings, plan: Plan, strokes: Strokes) -> Tables:
-    """Compute the step matrices for three strokes, both step lengths and every switch."""
-    scales = rig.scales
-    at_switch = strokes.switch[plan.kink_place[:, 0], plan.kink_place[:, 1]]
-    middle = 0.5 * (strokes.low + strokes.high)
-    columns = rig.column + jnp.concatenate(
-        [jnp.stack([strokes.low, middle, strokes.high]), at_switch]
-    )
-    lengths = jnp.concatenate([jnp.full(3, plan.interval), jnp.asarray(plan.kink_rest)])
-    matrix = jacobian(rig, outside, columns)
-    phi = step_matrix(matrix, lengths[:, None], scales)
-    short = phi[:, :, :3]
-    long = jax.lax.fori_loop(
-        0, STRIDE.bit_length() - 1, lambda _, p: doubled(matrix[:, :, :3], p), short
-    )
-    low, mid, high = jnp.moveaxis(jnp.stack([short, long]), 3, 0)
-    none = jnp.zeros((1, len(scales), low.shape[-1]))
-    kinks = jnp.concatenate([none, jnp.moveaxis(phi[:, 4, 3:], 1, 0)])
-    # The phase of an oscillation over a step turns with the column: a straight line would miss it.
-    return Tables(low, 4.0 * mid - 3.0 * low - high, 2.0 * (low + high) - 4.0 * mid, kinks)

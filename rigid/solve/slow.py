@@ -2,7 +2,8 @@
 
 A record is led on in blocks of some samples. A block is one step where the valve is at rest, the
 rig no longer rings and the pump's flow does not bend; else every sample is a step. Which it is
-follows from the records for the valve, from the walkers themselves for the rest.
+follows from the records for the valve, from the walkers of a batch together for the rest. The oil
+column changes slowly: f takes its value in the middle of a step, and Phi is interpolated.
 
 Arrays carry the walkers on their last axis: every operation is elementwise over it.
 """
@@ -18,9 +19,9 @@ from rigid.rig import Rig, Surroundings
 from rigid.sensors import readings
 from rigid.solve.bend import bends, flow_at, mean_excess
 from rigid.solve.drive import STRIDE, Drive, Plan, plan
-from rigid.solve.exponential import Tables, tables
 from rigid.solve.rest import rest_under
 from rigid.solve.strokes import Strokes, foreseen
+from rigid.solve.tables import PARTS, Tables, bulge, tables
 
 SMOOTH = (1.0, 5e-7, 100.0)
 """Load [N], stroke [m] and pressure [Pa], some hundredths of a tenth of the sensors' steps: a rig
@@ -37,7 +38,8 @@ class _Way(NamedTuple):
     fractions: Array
     strokes: Strokes
     table: Tables
-    rests: Array
+    kink_part: Array
+    kink_rest: Array
     interval: float
 
     def outside(self, level: Array, time: Array) -> Surroundings:
@@ -54,11 +56,10 @@ class _Way(NamedTuple):
         moved = self.rig.motion(flat, outside, column).rates
         return jnp.stack([jnp.broadcast_to(r, flat.shape[1:]) for r in moved])
 
-    def weights(self, stroke: Array) -> tuple[Array, Array]:
-        """First and second power of the place of a stroke between the nodes of the table."""
+    def place(self, stroke: Array) -> Array:
+        """Place of a stroke between the nodes of the table."""
         low, high = self.strokes.low, self.strokes.high
-        place = jnp.clip((stroke - low) / (high - low), -0.5, 1.5)
-        return place, place * place
+        return jnp.clip((stroke - low) / (high - low), -0.5, 1.5)
 
 
 class _Part(NamedTuple):
@@ -83,17 +84,22 @@ def march(
     """
     grid, strokes = plan(drives), foreseen(rig, contact, fractions, drives)
     table = tables(rig, Surroundings(contact), grid, strokes)
-    rests = jnp.asarray(np.concatenate([[0.0], grid.kink_rest]))[:, None]
-    way = _Way(rig, contact, fractions, strokes, table, rests, grid.interval)
+    part, rest = (jnp.asarray(np.append(0, w)) for w in grid.within(PARTS))
+    way = _Way(rig, contact, fractions, strokes, table, part, rest[:, None], grid.interval)
 
     def block(carry: tuple[Array, Array], step: tuple) -> tuple[tuple[Array, Array], Array]:
         flat, rings = carry
         near, parts = step
-        bent = _bends_within(way, flat, parts)
-        kind = jnp.where(bent, 2, jnp.where(near | rings, 1, 0))
-        ways = (_at_once, _by_samples, _through_bend)
-        flat, rings, series = jax.lax.switch(kind, [_bound(w, way) for w in ways], flat, parts)
-        return (flat, rings), series
+        bends = _bends_within(way, flat, parts)
+
+        def by_samples(flat: Array) -> tuple[Array, Array, Array]:
+            return _by_samples(way, flat, parts, bends)
+
+        def at_once(flat: Array) -> tuple[Array, Array, Array]:
+            return _at_once(way, flat, parts)
+
+        *state, series = jax.lax.cond(near | rings | bends, by_samples, at_once, flat)
+        return tuple(state), series
 
     flat = jnp.broadcast_to(
         rest_under(rig, 0.0, contact)[:, None], (len(rig.scales), *fractions.shape[1:])
@@ -104,11 +110,6 @@ def march(
     last = jnp.stack(readings(rig, flat, end)[:3])
     series = jnp.concatenate([series.reshape(-1, *series.shape[2:]), last[None]])
     return {name: series[: grid.samples, i] for i, name in enumerate(READ)}
-
-
-def _bound(function, way: _Way):
-    """Return the function of a flat state and the parts of its block."""
-    return lambda flat, parts: function(way, flat, parts)
 
 
 def _blocks(grid: Plan) -> tuple[Array, _Part]:
@@ -144,17 +145,22 @@ def _bends_within(way: _Way, flat: Array, parts: _Part) -> Array:
     return found
 
 
-def _led(way: _Way, flat: Array, rates: Array, stroke: Array, long: int) -> tuple[Array, Array]:
-    """Lead a flat state on by one step; return also what a unit rate of pressure does in it."""
-    one, two = way.weights(stroke)
-    low, slope, bend = (t[long][:, :, None] for t in way.table[:3])
-    new = flat
+def _led(way: _Way, flat: Array, rates: Array, stroke: Array, length: int) -> tuple[Array, Array]:
+    """Lead a flat state on by one step; return also what a unit rate of pressure does in it.
+
+    - `length`: 0 for a part of a sample, 1 for a sample, 2 for a long step.
+    """
+    place = way.place(stroke)
+    low, slope, bend = (t[length][:, :, None] for t in way.table[:3])
+    off = bulge(place)
+    new, columns = flat, []
     for j in range(flat.shape[0]):
-        column = low[:, j] + one * slope[:, j] + two * bend[:, j]
+        column = low[:, j] + place * (slope[:, j] + place * bend[:, j])
+        if length < 2:
+            column = column + off * way.table.own[length][:, j]
+        columns.append(column)
         new = new + column * rates[j]
-        if j == 4:
-            kept = column
-    return new, kept
+    return new, columns[4]
 
 
 def _read(way: _Way, flat: Array, outside: Surroundings) -> tuple[Array, Array]:
@@ -183,14 +189,12 @@ def _at_once(way: _Way, flat: Array, parts: _Part) -> tuple[Array, Array, Array]
     stroke = way.stroke(flat, length)
     outside = way.outside(parts.level[0], parts.begin[0] + 0.5 * length)
     rates = way.rates(flat, outside, way.rig.column + stroke)
-    new, _ = _led(way, flat, rates, stroke, 1)
+    new, _ = _led(way, flat, rates, stroke, 2)
     series = _between(way, _read(way, flat, outside), _read(way, new, outside))
     return new, jnp.asarray(False), series
 
 
-def _by_samples(
-    way: _Way, flat: Array, parts: _Part, bent: bool = False
-) -> tuple[Array, Array, Array]:
+def _by_samples(way: _Way, flat: Array, parts: _Part, bends: Array) -> tuple[Array, Array, Array]:
     """Lead a block on sample by sample: its end, whether any rig rings in it, and readings."""
 
     def one(flat: Array, part: _Part) -> tuple[Array, Array]:
@@ -198,7 +202,7 @@ def _by_samples(
         read = jnp.stack(
             [jnp.broadcast_to(r, flat.shape[1:]) for r in readings(way.rig, flat, outside)[:3]]
         )
-        return _sample(way, flat, part, bent), read
+        return _sample(way, flat, part, bends), read
 
     new, series = jax.lax.scan(one, flat, parts)
     first = _read(way, flat, way.outside(parts.level[0], parts.begin[0]))
@@ -207,30 +211,44 @@ def _by_samples(
     return new, jnp.any(off > jnp.asarray(SMOOTH)[:, None, None]), series
 
 
-def _through_bend(way: _Way, flat: Array, parts: _Part) -> tuple[Array, Array, Array]:
-    """Lead a block on in which the flow changes with pressure; result as `_by_samples`."""
-    return _by_samples(way, flat, parts, bent=True)
+def _sample(way: _Way, flat: Array, part: _Part, bends: Array) -> Array:
+    """Lead a flat state on by a sample, at once or in parts where the flow changes within it."""
+
+    def whole(flat: Array) -> Array:
+        outside = way.outside(part.level, part.begin + 0.5 * way.interval)
+        stroke = way.stroke(flat, way.interval)
+        rates = way.rates(flat, outside, way.rig.column + stroke)
+        return _led(way, flat, rates, stroke, 1)[0]
+
+    def cut(flat: Array) -> Array:
+        switched = way.kink_part[part.kink]
+
+        def one(flat: Array, number: Array) -> tuple[Array, None]:
+            over = (part.kink > 0) & (number > switched)
+            level = jnp.where(over, part.after, part.level)
+            kink = jnp.where(number == switched, part.kink, 0)
+            begin = part.begin + number * way.interval / PARTS
+            return _part_of_sample(way, flat, _Part(level, kink, part.after, begin)), None
+
+        return jax.lax.scan(one, flat, jnp.arange(PARTS))[0]
+
+    return jax.lax.cond(bends | jnp.any(part.kink > 0), cut, whole, flat)
 
 
-def _sample(way: _Way, flat: Array, part: _Part, bent: bool) -> Array:
-    """Lead a flat state on by a sample."""
-    h = way.interval
+def _part_of_sample(way: _Way, flat: Array, part: _Part) -> Array:
+    """Lead a flat state on by a part of a sample, the valve moving or the flow bending in it."""
+    h = way.interval / PARTS
     outside = way.outside(part.level, part.begin + 0.5 * h)
     stroke = way.stroke(flat, h)
     column = way.rig.column + stroke
     new, kept = _led(way, flat, way.rates(flat, outside, column), stroke, 0)
     before = flow_at(way.rig, flat, outside, column)
-    if bent:
-        new = new + kept * mean_excess(before, flat[4], new[4], kept[4])
-
-    def kicked(new: Array) -> Array:
-        changed = outside._replace(flow_fraction=way.outside(part.after, part.begin).flow_fraction)
-        after = flow_at(way.rig, flat, changed, column)
-        kick = jnp.moveaxis(way.table.kinks[part.kink], 0, 1)
-        gained, left = new[4] - flat[4], way.rests[part.kink] / h
-        then, middle = flat[4] + (1.0 - left) * gained, flat[4] + (1.0 - 0.5 * left) * gained
-        jump = after(then) - before(middle)
-        # The flow after the switch is that at the pressure halfway to the end of the step.
-        return new + kick * (after(0.5 * (then + new[4] + kick[4] * jump)) - before(middle))
-
-    return jax.lax.cond(jnp.any(part.kink > 0), kicked, lambda new: new, new)
+    new = new + kept * mean_excess(before, flat[4], new[4], kept[4])
+    changed = outside._replace(flow_fraction=way.outside(part.after, part.begin).flow_fraction)
+    after = flow_at(way.rig, flat, changed, column)
+    kick = jnp.moveaxis(way.table.kinks[part.kink], 0, 1)
+    gained, left = new[4] - flat[4], way.kink_rest[part.kink] / h
+    then, middle = flat[4] + (1.0 - left) * gained, flat[4] + (1.0 - 0.5 * left) * gained
+    jump = after(then) - before(middle)
+    # The flow after the switch is that at the pressure halfway to the end of the step.
+    return new + kick * (after(0.5 * (then + new[4] + kick[4] * jump)) - before(middle))

@@ -16,9 +16,13 @@ from jax import Array
 
 from rigid.rig import Rig, Surroundings
 from rigid.solve.drive import Drive
+from rigid.solve.exponential import mean_growth
 
-PARTS = 8
+PARTS = 16
 """Steps a stretch of the valve's programme; the pump's flow changes with pressure within it."""
+
+MOST_GROWTH = 2.0
+"""Growth of a flow back to the tank, which rises as the pressure falls, soon comes to its end."""
 
 SHORTENED = 1e-3
 """Compression of the load-cell end [m] at which its stiffness is taken."""
@@ -40,9 +44,7 @@ class Strokes(NamedTuple):
 
 
 def foreseen(rig: Rig, contact: Array, fractions: Array, drives: tuple[Drive, ...]) -> Strokes:
-    """Foresee the strokes of a group of slow records; arguments as of `exponential.march`.
-
-    - `drives`: of the group.
+    """Foresee the strokes of a group of slow records; arguments as of `slow.march`.
 
     Nothing is differentiated through them: a node of interpolation is no result.
     """
@@ -62,9 +64,9 @@ def foreseen(rig: Rig, contact: Array, fractions: Array, drives: tuple[Drive, ..
         outside = Surroundings(contact, 0.0, fractions[passed, track], now[:, None])
         along = (stroke,), (jnp.ones_like(stroke),)
         moved, slope = jax.jvp(lambda x: speed(x, outside), *along)
-        # Implicit where flow falls with pressure: at the bend of the pump's curve it is stiff.
-        moved = moved / (1.0 - span[:, None] * jnp.minimum(slope, 0.0))
-        stroke = stroke + span[:, None] * moved
+        # Where the flow falls with pressure, at the bend of the pump's curve, this is stiff.
+        growth = mean_growth(jnp.minimum(span[:, None] * slope, MOST_GROWTH))
+        stroke = stroke + span[:, None] * growth * moved
         return stroke, stroke
 
     times = begin[:, None] + length[:, None] * (np.arange(PARTS)[:, None] + 0.5) / PARTS
