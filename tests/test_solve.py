@@ -121,7 +121,7 @@ def test_long_steps_are_exact_at_their_nodes_and_below_every_bar_between():
         error = np.abs(got[name] - series)
         assert error[::STRIDE].max() < 1e-8 * np.abs(series).max(), name
         assert error.max() < 0.1 * BARS[name], name
-        assert error.max() > 1e-6 * np.abs(series).max(), name  # there are long steps
+        assert error.max() > 1e3 * error[::STRIDE].max(), name  # there are long steps
 
 
 def test_linear_release_follows_the_matrix_exponential():
