@@ -15,7 +15,7 @@ from jax import Array
 from rigid.rig import Rig, Surroundings
 
 NEWTON_STEPS = 2
-"""The flow bends over 20 bar, a step leads on by a few: two leave it solved to a hundredth of what is seen."""
+"""The flow bends over 20 bar and a step leads on by a few: a third moves nothing that is seen."""
 
 UNSEEN = 30.0
 """Pressure [Pa], a hundredth of a tenth of the gauge's step, by which a bend may put off a step."""

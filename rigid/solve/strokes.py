@@ -48,6 +48,7 @@ def foreseen(rig: Rig, contact: Array, fractions: Array, drives: tuple[Drive, ..
 
     Nothing is differentiated through them: a node of interpolation is no result.
     """
+    rig, contact, fractions = jax.tree.map(jax.lax.stop_gradient, (rig, contact, fractions))
     begin, length, level = _stretches(drives)
     track = jnp.arange(fractions.shape[1])
     spring = _spring(rig, contact)
@@ -79,7 +80,7 @@ def foreseen(rig: Rig, contact: Array, fractions: Array, drives: tuple[Drive, ..
     low = jnp.minimum(jnp.min(path, axis=(0, 1)), 0.0)
     high = jnp.maximum(jnp.max(path, axis=(0, 1)), low + LEAST_RANGE)
     switch = jnp.moveaxis(path[PARTS - 1 :: PARTS], 0, 1)
-    return jax.tree.map(jax.lax.stop_gradient, Strokes(low, high, switch))
+    return Strokes(low, high, switch)
 
 
 def _stretches(drives: tuple[Drive, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
