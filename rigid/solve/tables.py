@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
 from rigid.rig import Rig, Surroundings
@@ -43,8 +44,12 @@ def tables(rig: Rig, outside: Surroundings, plan: Plan, strokes: Strokes) -> Tab
     own = jnp.max(strokes.switch, axis=1)
     middle = 0.5 * (strokes.low + strokes.high)
     nodes = jnp.concatenate([jnp.stack([strokes.low, middle, strokes.high]), own])
-    matrix = jacobian(rig, outside, rig.column + nodes)
-    parts = step_matrix(matrix, part, scales, DOUBLINGS - HALVINGS)
+    at_switch = strokes.switch[plan.kink_place[:, 0], plan.kink_place[:, 1]]
+    matrix = jacobian(rig, outside, rig.column + jnp.concatenate([nodes, at_switch]))
+    lengths = np.concatenate([np.full(len(nodes), part), plan.within(PARTS)[1]])
+    phi = step_matrix(matrix, jnp.asarray(lengths)[:, None], scales, DOUBLINGS - HALVINGS)
+    matrix, parts = matrix[:, :, : len(nodes)], phi[:, :, : len(nodes)]
+    rests = phi[:, 4, len(nodes) :]
     samples = _longer(matrix, parts, PARTS)
     long = _longer(matrix[:, :, :3], samples[:, :, :3], STRIDE)
     shared = jnp.stack([parts[:, :, :3], samples[:, :, :3], long])
@@ -55,7 +60,8 @@ def tables(rig: Rig, outside: Surroundings, plan: Plan, strokes: Strokes) -> Tab
     place = (own - strokes.low) / (strokes.high - strokes.low)
     parabola = (t[:2, :, :, None] for t in (low, slope, bend))
     cubic = _cubic(at_own, place, *parabola)
-    return Tables(low, slope, bend, cubic, _kinks(rig, outside, plan, strokes))
+    none = jnp.zeros((1, len(scales), rests.shape[-1]))
+    return Tables(low, slope, bend, cubic, jnp.concatenate([none, jnp.moveaxis(rests, 1, 0)]))
 
 
 def _longer(matrix: Array, phi: Array, times: int) -> Array:
@@ -74,13 +80,3 @@ def _cubic(phi: Array, place: Array, low: Array, slope: Array, bend: Array) -> A
     at_a_node = jnp.abs(size) < 1e-6
     off = phi - low - place * (slope + place * bend)
     return jnp.where(at_a_node, 0.0, off / jnp.where(at_a_node, 1.0, size))
-
-
-def _kinks(rig: Rig, outside: Surroundings, plan: Plan, strokes: Strokes) -> Array:
-    """Response to a unit rate of pressure from every switch on."""
-    at_switch = strokes.switch[plan.kink_place[:, 0], plan.kink_place[:, 1]]
-    matrix = jacobian(rig, outside, rig.column + at_switch)
-    rest = jnp.asarray(plan.within(PARTS)[1])[:, None]
-    phi = step_matrix(matrix, rest, rig.scales, DOUBLINGS - HALVINGS)
-    none = jnp.zeros((1, len(rig.scales), at_switch.shape[-1]))
-    return jnp.concatenate([none, jnp.moveaxis(phi[:, 4], 1, 0)])
