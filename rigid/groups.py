@@ -12,10 +12,8 @@ from jax import Array
 from rigid.effects import AbstractEffect
 from rigid.parameters import scoped
 from rigid.rig import acting, build_rig
-from rigid.solve import exponential, inverse, release, staggered
+from rigid.solve import inverse, release, slow, staggered
 from rigid.solve.delay import delayed
-from rigid.solve.drive import plan
-from rigid.solve.exponential import Strokes
 from rigid.tracks import Track
 
 
@@ -56,22 +54,12 @@ class SlowGroup(AbstractGroup):
         framed = self.tracks[0].kind == "frame"
         contact = seen["k_frame"] * (1.0 if framed else 0.0)
         fractions = self._fractions(values, contact)
-        if rig.steady and not self.bent:
-            out = exponential.march(rig, contact, fractions, plan(drives), self._strokes())
-        else:
-            out = staggered.march(rig, contact, fractions, drives, self._strokes())
+        march = slow.march if rig.steady and not self.bent else staggered.march
+        out = march(rig, contact, fractions, drives)
         return delayed(
             {quantity: series[: self.samples] for quantity, series in out.items()},
             rig.delays(),
             self.tracks[0].interval,
-        )
-
-    def _strokes(self) -> Strokes:
-        """Rough strokes of all tracks."""
-        return Strokes(
-            jnp.min(jnp.stack([t.stroke_low for t in self.tracks])),
-            jnp.max(jnp.stack([t.stroke_high for t in self.tracks])),
-            jnp.stack([t.switch_strokes for t in self.tracks]),
         )
 
     def _fractions(self, values: Mapping[str, Array], like: Array) -> Array:

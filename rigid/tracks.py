@@ -13,10 +13,6 @@ from rigid.records.record import Record
 from rigid.solve.drive import Drive
 from rigid.solve.inverse import Along
 
-NOMINAL_STROKE = {"frame": (0.0, 6e-3), "free-run": (0.0, 0.1), "field": (0.0, 0.1)}
-"""Stroke range [m] where no stroke was recorded. It places interpolation nodes; a stroke that is
-far off costs accuracy in the ringing after a switch (docs/model.md has the figures)."""
-
 JUMP_FRACTION = 0.2
 """A release is where the acceleration first exceeds this fraction of its greatest magnitude ..."""
 
@@ -31,7 +27,7 @@ QUIET_SAMPLES = 8
 
 
 MOST_SWITCHES = 8
-"""Room for rough strokes at the switches of a record's valve; more are refused."""
+"""Switches of a record's valve, at most; each costs step matrices of its own."""
 
 QUIET_LEAD = 16
 """Samples kept before a release: enough to show the quiet, and the same in every record, so that
@@ -78,7 +74,7 @@ class Track(eqx.Module):
 
     - `label`: "record,cylinder"; `name`, `kind`, `cylinder`.
     - `interval` [s], `samples`: the grid; `first` [s]: time of its first sample.
-    - `drive`: of a slow record. - `stroke_low`, `stroke_high`, `switch_strokes` [m]: rough.
+    - `drive`: of a slow record.
     - `onset`: of a release, the index of the first sample after it; `onset_time` [s].
     - `along`: of a motion, what was measured of it.
     """
@@ -92,9 +88,6 @@ class Track(eqx.Module):
     drive: Drive | None = eqx.field(static=True)
     onset: int | None = eqx.field(static=True)
     first: Array = eqx.field(converter=jnp.asarray)
-    stroke_low: Array = eqx.field(converter=jnp.asarray)
-    stroke_high: Array = eqx.field(converter=jnp.asarray)
-    switch_strokes: Array = eqx.field(converter=jnp.asarray)
     along: Along | None = None
 
     @property
@@ -148,14 +141,6 @@ def make_track(record: Record) -> tuple[Track, Series]:
 def _slow(record: Record, series: Series, samples: int) -> tuple[Track, Series]:
     """Lay a record with a valve programme."""
     drive = _drive(record, samples)
-    low, high = NOMINAL_STROKE[record.kind]
-    strokes = np.full(MOST_SWITCHES, high)
-    if series.has("stroke"):
-        read = series.weight["stroke"] > 0
-        seen = series.data["stroke"][read]
-        low, high = min(0.0, float(seen.min())), float(seen.max())
-        at = np.interp(drive.switches, drive.times[read], seen)
-        strokes[: len(at)] = at
     track = Track(
         label=f"{record.name},{record.cylinder}",
         name=record.name,
@@ -166,9 +151,6 @@ def _slow(record: Record, series: Series, samples: int) -> tuple[Track, Series]:
         drive=drive,
         onset=None,
         first=float(record.time[0]),
-        stroke_low=low,
-        stroke_high=max(high, low + 1e-3),
-        switch_strokes=strokes,
     )
     return track, series
 
@@ -206,9 +188,6 @@ def _release(record: Record, series: Series, samples: int) -> tuple[Track, Serie
         drive=None,
         onset=QUIET_LEAD,
         first=float(record.time[0]) + (onset - QUIET_LEAD) * record.interval,
-        stroke_low=0.0,
-        stroke_high=0.0,
-        switch_strokes=np.zeros(0),
     )
     return track, series.cut(onset - QUIET_LEAD, length)
 
@@ -226,9 +205,6 @@ def _motion(record: Record) -> tuple[Track, Series]:
         drive=None,
         onset=None,
         first=laid.first,
-        stroke_low=0.0,
-        stroke_high=0.0,
-        switch_strokes=np.zeros(0),
         along=laid.along,
     )
     return track, Series({"force": laid.force}, {"force": laid.weight})

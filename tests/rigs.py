@@ -76,9 +76,6 @@ def track(label: str, kind: str, samples: int, **more) -> Track:
         "drive": None,
         "onset": None if slow else 16,
         "first": 0.0,
-        "stroke_low": 0.0,
-        "stroke_high": 6e-3,
-        "switch_strokes": np.full(8, 6e-3) if slow else np.zeros(0),
     } | more
     return Track(label=label, name=name, kind=kind, cylinder=cylinder, samples=samples, **given)
 
@@ -146,8 +143,6 @@ def frame_problem(samples: int = 150, seed: int = 0) -> Problem:
         "frame",
         samples,
         drive=drive(samples, (0.1, 0.803), (0, 1, 0)),
-        stroke_high=3e-3,
-        switch_strokes=np.array([0.0, 2.9e-3, *[0.0] * 6]),
     )
     free = {
         "k_LC": Lognormal(6e7, 2.0),

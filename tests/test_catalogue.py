@@ -19,10 +19,8 @@ from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.effects.base import MOTION, PriorDescription, State
 from rigid.rig import Surroundings
 from rigid.sensors import readings
-from rigid.solve import exponential, full, staggered
+from rigid.solve import full, slow, staggered
 from rigid.solve.delay import delayed
-from rigid.solve.drive import plan
-from rigid.solve.exponential import Strokes
 from rigid.solve.rest import rest_under
 
 # What can be missing, and in which equation: part of what scripts may rely on.
@@ -60,7 +58,6 @@ RECORDS = {
     "frame": (drive(90, (0.053, 0.503), (0, 1, 0)), NOMINAL["k_frame"], (0.0, 0.1)),
     "free-run": (drive(90, (0.053, 0.303, 0.6), (0, 1, 0, 2)), 0.0, (0.0, 0.2, -0.2)),
 }
-SWITCH_STROKES = {"frame": (0.0, 0.9e-3, 0.0), "free-run": (0.0, 2.2e-3, 2.2e-3)}
 OPEN, LAST = slice(20, 30), slice(75, 90)
 
 # Effect: values, kind of record, samples, sign of the change in each channel that shows it. The
@@ -119,12 +116,9 @@ IN_MOTION = {  # what moves otherwise, with whether the check against the refere
 
 
 @eqx.filter_jit
-def marched(rig, contact, fractions, record, at_switches):
-    given = at_switches or (0.0,) * 8
-    strokes = Strokes(jnp.asarray(0.0), jnp.asarray(3e-3), jnp.asarray([given]))
-    if at_switches is not None:
-        return exponential.march(rig, contact, fractions, plan((record,)), strokes)
-    return staggered.march(rig, contact, fractions, (record,), strokes)
+def marched(rig, contact, fractions, record, steady):
+    march = slow.march if steady else staggered.march
+    return march(rig, contact, fractions, (record,))
 
 
 def simulated(values, names, kind, steady) -> dict[str, np.ndarray]:
@@ -132,8 +126,7 @@ def simulated(values, names, kind, steady) -> dict[str, np.ndarray]:
     record, contact, fractions = RECORDS[kind]
     rig = rig_of(values, names, walkers=True)
     levels = jnp.asarray(fractions)[:, None, None]
-    at_switches = SWITCH_STROKES[kind] if steady else None
-    out = marched(rig, jnp.asarray([contact]), levels, record, at_switches)
+    out = marched(rig, jnp.asarray([contact]), levels, record, steady)
     late = delayed(out, rig.delays(), record.interval)
     return {q: np.asarray(series[: record.samples, 0, 0]) for q, series in late.items()}
 
@@ -392,7 +385,7 @@ what their priors let them (a first computation with an independent simulator). 
 from the classes by `python tests/test_catalogue.py`; a test holds it to them.
 
 *Steady* effects leave the Jacobian of the motion as it is at rest, so that a rig of them alone
-takes the long steps of `rigid/solve/exponential.py`; any other goes by the short steps of
+takes the long steps of `rigid/solve/slow.py`; any other goes by the short steps of
 `rigid/solve/staggered.py`.
 *Absent at* is the value at which the effect is not there.
 """

@@ -71,8 +71,7 @@ SEVERAL = {"kappa[free-run-1,A]": 0.2, "kappa[free-run-2,A]": 0.05, "kappa[free-
 def problem(seed: int, **truth: float) -> Problem:
     """Three free runs of a rig, its friction constant unless the truth says otherwise."""
     tracks = tuple(
-        track(f"free-run-{i},A", "free-run", 300, drive=drive(300, (0.5, 1.8), (0, 1, 0)),
-              stroke_high=0.1, switch_strokes=np.full(8, 0.05))
+        track(f"free-run-{i},A", "free-run", 300, drive=drive(300, (0.5, 1.8), (0, 1, 0)))
         for i in (1, 2, 3)
     )  # fmt: skip
     free = {

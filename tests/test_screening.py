@@ -37,8 +37,7 @@ CHOICE = tuple(CATALOGUE[name] for name in LISTED)
 def campaign(seed: int, **hidden: float) -> Problem:
     """A free run of the linear rig, in which a hidden effect of the given strength acts."""
     tracks = tuple(
-        track(f"free-run-{i},A", "free-run", 500, drive=drive(500, (0.5, 3.0), (0, 1, 0)),
-              stroke_high=0.1, switch_strokes=np.full(8, 0.05))
+        track(f"free-run-{i},A", "free-run", 500, drive=drive(500, (0.5, 3.0), (0, 1, 0)))
         for i in (1, 2)
     )  # fmt: skip
     flows = {"kappa[free-run-1,A]": 0.2, "kappa[free-run-2,A]": 0.05}

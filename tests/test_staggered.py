@@ -13,7 +13,6 @@ from rigid.effects.bristle import share_rate
 from rigid.rig import Surroundings
 from rigid.sensors import readings
 from rigid.solve import release, staggered
-from rigid.solve.exponential import Strokes
 
 DRY = {
     "coulomb-friction": {"F_C": 800.0},
@@ -31,8 +30,7 @@ FLOWS = [0.0, 0.1, -0.2]
 
 @eqx.filter_jit
 def marched(rig, contact, fractions, record):
-    strokes = Strokes(jnp.asarray(0.0), jnp.asarray(3e-3), jnp.full((1, 8), 1e-3))
-    return staggered.march(rig, contact, fractions, (record,), strokes)
+    return staggered.march(rig, contact, fractions, (record,))
 
 
 def by_steps(values, names, contact: float, flows, record) -> dict[str, np.ndarray]:

@@ -43,7 +43,6 @@ def test_gaps_and_missing_samples_have_no_weight():
     np.testing.assert_array_equal(series.weight["stroke"], [1, 1, 0, 1, 0, 0, 1, 1, 1, 1])
     np.testing.assert_array_equal(series.data["stroke"], [0, 1, 0, 3, 0, 0, 4, 5, 6, 7])
     np.testing.assert_allclose(track.times, 100.0 + 0.01 * np.arange(10))
-    assert (float(track.stroke_low), float(track.stroke_high)) == (0.0, 7.0)
 
 
 def test_uneven_samples_are_refused():
@@ -65,7 +64,6 @@ def test_valve_programme_becomes_levels():
     assert track.drive.switches == (101.0, 102.0, 102.5, 103.0)
     assert track.drive.levels == (1, 0, 2, 1, 3)
     assert track.open_levels == (1, 2, 3)
-    np.testing.assert_allclose(track.switch_strokes[:4], [0.01, 0.02, 0.025, 0.03])
 
 
 def test_too_many_switches_are_refused():

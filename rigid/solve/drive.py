@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 
-FINE_WINDOW = 0.5
-"""Seconds after a switch of the valve in which every sample is a step of its own. The rig's
-oscillations have died out by then, or are below a tenth of the load cell's step (tests hold it)."""
+FINE_WINDOW = 0.1
+"""Seconds after a switch of the valve in which every sample is a step of its own, whatever the rig;
+after them it is for as long as the rig rings on."""
 
 STRIDE = 8
 """Samples in one long step; a power of two, so that its matrices follow by doubling."""
@@ -39,10 +39,9 @@ class Drive:
 
 @dataclasses.dataclass(frozen=True)
 class Plan:
-    """How a group of drives is marched through together.
+    """How a group of drives is marched through together, a step a sample.
 
-    - `nodes` (steps + 1,): sample index of each node; a step leads from one to the next.
-    - `long` (steps,): whether a step is a long one.
+    - `near` (steps,): whether some drive's valve moves within the step or has just moved.
     - `levels` (steps, tracks): flow fraction that applies when the step begins.
     - `kink` (steps, tracks): 0, or 1 + the index of the switch that falls inside the step.
     - `kink_rest` (kinks,) [s]: time from the switch to the end of its step; `kink_level`: the
@@ -50,8 +49,7 @@ class Plan:
     - `samples`: of the longest drive; `interval` [s].
     """
 
-    nodes: np.ndarray
-    long: np.ndarray
+    near: np.ndarray
     levels: np.ndarray
     kink: np.ndarray
     kink_rest: np.ndarray
@@ -61,33 +59,30 @@ class Plan:
     interval: float
 
     @property
-    def interpolation(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Left node, length of its step [s] and place within it (0 to 1) of every sample."""
-        sample = np.arange(self.samples)
-        left = np.searchsorted(self.nodes, sample, side="right") - 1
-        left = np.minimum(left, len(self.long) - 1)
-        span = np.diff(self.nodes)[left]
-        return left, span * self.interval, (sample - self.nodes[left]) / span
+    def after(self) -> np.ndarray:
+        """Flow fraction after the switch inside each step; any where there is none."""
+        return np.concatenate([[0], self.kink_level]).astype(int)[self.kink]
+
+    def within(self, parts: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return which part of its step each switch falls in, and the time [s] to that part's end.
+
+        - `parts`: into which a step is cut.
+        """
+        length = self.interval / parts
+        since = self.interval - self.kink_rest
+        part = np.clip(np.floor(since / length + EDGE).astype(int), 0, parts - 1)
+        return part, (part + 1) * length - since
 
 
-def plan(drives: tuple[Drive, ...], long_steps: bool = True) -> Plan:
-    """Lay the common grid of several drives: short steps near their switches, long ones elsewhere.
-
-    - `long_steps`: left out, every sample is a node.
+def plan(drives: tuple[Drive, ...]) -> Plan:
+    """Lay the common grid of several drives.
 
     Raises ValueError where two switches of a drive fall into one sampling interval.
     """
     interval = drives[0].interval
     samples = max(max(d.samples for d in drives), 2)
     near = _near_a_switch(drives, samples, interval)
-    nodes, long = [0], []
-    while nodes[-1] < samples - 1:
-        here = nodes[-1]
-        stretch = here + STRIDE
-        is_long = long_steps and stretch <= samples - 1 and not near[here:stretch].any()
-        long.append(is_long)
-        nodes.append(stretch if is_long else here + 1)
-    return _with_valve(drives, np.array(nodes), np.array(long), interval)
+    return _with_valve(drives, near[: samples - 1], interval)
 
 
 def _near_a_switch(drives: tuple[Drive, ...], samples: int, interval: float) -> np.ndarray:
@@ -102,11 +97,10 @@ def _near_a_switch(drives: tuple[Drive, ...], samples: int, interval: float) -> 
     return near
 
 
-def _with_valve(
-    drives: tuple[Drive, ...], nodes: np.ndarray, long: np.ndarray, interval: float
-) -> Plan:
+def _with_valve(drives: tuple[Drive, ...], near: np.ndarray, interval: float) -> Plan:
     """Fill in which flow fraction applies in each step and where it changes within one."""
-    steps = len(long)
+    steps = len(near)
+    nodes = np.arange(steps + 1)
     levels = np.zeros((steps, len(drives)), dtype=int)
     kink = np.zeros((steps, len(drives)), dtype=int)
     rest, after, source = [], [], []
@@ -127,13 +121,12 @@ def _with_valve(
             source.append((track, i))
             kink[step, track] = len(rest)
     return Plan(
-        nodes=nodes,
-        long=long,
+        near=near,
         levels=levels,
         kink=kink,
         kink_rest=np.array(rest),
         kink_level=np.array(after, dtype=int),
         kink_place=np.array(source, dtype=int).reshape(-1, 2),
-        samples=int(nodes[-1]) + 1,
+        samples=steps + 1,
         interval=interval,
     )

@@ -24,9 +24,10 @@ from jax import Array
 from rigid.rig import CORE_SCALES, FREE, Rig, Surroundings
 from rigid.sensors import readings
 from rigid.solve.drive import Drive, Plan, plan
-from rigid.solve.exponential import Strokes, apply, mean_growth, step_matrix
+from rigid.solve.exponential import apply, mean_growth, step_matrix
 from rigid.solve.release import NODE
 from rigid.solve.rest import rest_under
+from rigid.solve.strokes import Strokes, foreseen
 
 SUBSTEPS, WITH_BRISTLES, RELEASE_SUBSTEPS = 16, 24, 4
 """Steps a sample of slow records, without and with dry friction, and of releases: 0.6, 0.4 and
@@ -82,19 +83,16 @@ def relaxed(rig: Rig, flat: Array, length: Array | float) -> Array:
 
 
 def march(
-    rig: Rig, contact: Array, fractions: Array, drives: tuple[Drive, ...], strokes: Strokes
+    rig: Rig, contact: Array, fractions: Array, drives: tuple[Drive, ...]
 ) -> dict[str, Array]:
-    """Simulate a group of slow records from rest; arguments and result as `exponential.march`.
-
-    - `drives`: of the group.
-    """
+    """Simulate a group of slow records from rest; arguments and result as `slow.march`."""
     parts = WITH_BRISTLES if stiff_states(rig) else SUBSTEPS
     fine = tuple(
         dataclasses.replace(d, interval=d.interval / parts, samples=(d.samples - 1) * parts + 1)
         for d in drives
     )
-    grid = plan(fine, long_steps=False)
-    advance = _advancer(rig, contact, fractions, grid, strokes)
+    grid = plan(fine)
+    advance = _advancer(rig, contact, fractions, grid, foreseen(rig, contact, fractions, drives))
     samples = (grid.samples - 1) // parts
     track = jnp.arange(fractions.shape[1])
 
@@ -102,18 +100,16 @@ def march(
         here = Surroundings(contact, 0.0, fractions[part[0][0], track], part[3][0])
         return jax.lax.scan(advance, flat, part)[0], jnp.stack(readings(rig, flat, here)[:3])
 
-    after = np.concatenate([[0], grid.kink_level]).astype(int)[grid.kink]
-    begin = grid.nodes[:-1] * grid.interval
+    begin = np.arange(grid.samples - 1) * grid.interval
     cut = tuple(
         jnp.asarray(a).reshape(samples, parts, *a.shape[1:])
-        for a in (grid.levels, grid.kink, after, begin)
+        for a in (grid.levels, grid.kink, grid.after, begin)
     )
     shape = (len(rig.scales), *fractions.shape[1:])
     start = jnp.broadcast_to(rest_under(rig, 0.0, contact)[:, None], shape)
     last, series = jax.lax.scan(sample, start, cut)
-    end = Surroundings(
-        contact, 0.0, fractions[grid.levels[-1], track], grid.nodes[-1] * grid.interval
-    )
+    length = (grid.samples - 1) * grid.interval
+    end = Surroundings(contact, 0.0, fractions[grid.levels[-1], track], length)
     series = jnp.concatenate([series, jnp.stack(readings(rig, last, end)[:3])[None]])
     return {name: series[:, i] for i, name in enumerate(("load", "stroke", "pressure"))}
 
@@ -161,7 +157,7 @@ def _advancer(rig: Rig, contact: Array, fractions: Array, grid: Plan, strokes: S
     track, h = jnp.arange(fractions.shape[1]), grid.interval
     at_switch = strokes.switch[grid.kink_place[:, 0], grid.kink_place[:, 1]]
     extra = jnp.concatenate([jnp.stack([strokes.low, strokes.high]), at_switch])
-    matrix = at_work(rig, Surroundings(contact), rig.column + extra[:, None])
+    matrix = at_work(rig, Surroundings(contact), rig.column + extra)
     table = jax.tree.map(lambda a: a[:, :, None], _pair(matrix[:, :, :2], h, rig))
     rest = jnp.asarray(grid.kink_rest)[:, None]
     none = jnp.zeros((1, len(rig.scales), matrix.shape[-1]))

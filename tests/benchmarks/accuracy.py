@@ -21,11 +21,20 @@ MOST_DIFFERENCE = 0.1
 
 @dataclass(frozen=True)
 class Error:
-    """Of one point z: worst error in tenths of a step by quantity, where, and in log-posterior."""
+    """Of one point z: worst error in tenths of a step by quantity, where, and in log-posterior.
+
+    - `value`: the log-likelihood itself. All are nan where the full solve did not end.
+    """
 
     worst: dict[str, tuple[float, str]]
     difference: float
+    value: float
     seconds: float
+
+    @property
+    def ended(self) -> bool:
+        """Whether the full solve came to its end on every record."""
+        return bool(np.isfinite(self.difference))
 
 
 @eqx.filter_jit
@@ -50,7 +59,7 @@ def error_at(problem: Problem, z: np.ndarray) -> Error:
         label = problem.groups[piece.group].tracks[piece.tracks[i]].label
         worst[piece.quantity] = max(worst.get(piece.quantity, (0.0, "")), (float(size[i]), label))
     both = [float(log_likelihood(problem, s, values)[0]) for s in (fast, exact)]
-    return Error(worst, abs(both[0] - both[1]), seconds)
+    return Error(worst, abs(both[0] - both[1]), both[1], seconds)
 
 
 def told(errors: list[Error]) -> tuple[float, str]:
@@ -75,14 +84,17 @@ def rows(bench: Bench) -> list[Row]:
         "posterior": bench.draws(bench.choose(1, 6)),
     }
     for name, points in named.items():
-        errors = [error_at(problem, z) for z in points]
+        tried = [error_at(problem, z) for z in points]
+        errors = [e for e in tried if e.ended]
         size, said = told(errors)
         seconds = float(np.median([e.seconds for e in errors]))
-        against = f"`rigid.solve.full` at {TOLERANCE:g}, {len(points)} draws from the {name}"
+        against = f"`rigid.solve.full` at {TOLERANCE:g}, {len(errors)} draws from the {name}"
         notes = (
             f"tenths of a step: {said}",
             f"the accelerometer's step is taken as {COUNT:.4f} m/s^2; the full solve took "
-            f"{seconds:.3g} s a draw",
+            f"{seconds:.3g} s a draw, and did not end at {len(tried) - len(errors)} more",
+            "worst by draw: "
+            + ", ".join(f"{max(size for size, _ in e.worst.values()):.3g}" for e in errors),
         )
         out.append(
             Row(
@@ -102,7 +114,10 @@ def rows(bench: Bench) -> list[Row]:
                 f"{difference:.3g}",
                 f"below {MOST_DIFFERENCE:g}",
                 difference < MOST_DIFFERENCE,
-                ("by draw: " + ", ".join(f"{e.difference:.3g}" for e in errors),),
+                (
+                    "difference (log-likelihood) by draw: "
+                    + ", ".join(f"{e.difference:.3g} ({e.value:.4g})" for e in errors),
+                ),
             )
         )
     return out

@@ -12,7 +12,7 @@ from rigid.groups import SlowGroup
 from rigid.likelihood import make_pieces
 from rigid.parameters import Parameter, Parameters
 from rigid.problem import Problem, log_posterior
-from rigid.tracks import MOST_SWITCHES, Series, Track
+from rigid.tracks import Series, Track
 
 FACTORS = (1, 3, 10, 30, 100)
 QUICK_FACTORS = (1, 10, 100)
@@ -55,9 +55,7 @@ def lengthened(track: Track, times: int) -> Track:
     longer = dataclasses.replace(
         drive, samples=drive.samples * times, switches=tuple(switches[:-1]), levels=tuple(levels)
     )
-    strokes = np.resize(np.asarray(track.switch_strokes)[: len(drive.switches)], len(switches))
-    strokes = np.pad(strokes, (0, max(0, MOST_SWITCHES - len(strokes))))
-    changed = {"drive": longer, "samples": longer.samples, "switch_strokes": jnp.asarray(strokes)}
+    changed = {"drive": longer, "samples": longer.samples}
     return dataclasses.replace(track, **changed)
 
 

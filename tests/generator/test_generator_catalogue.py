@@ -40,7 +40,6 @@ def modelled(more: dict[str, float]) -> dict[str, np.ndarray]:
     values |= ABSENT | more | {"kappa[free-run-1,A]": FREE.kappa}
     one = track(
         "free-run-1,A", "free-run", 151, drive=drive(151, (1.2,), (1, 0)),
-        stroke_high=0.02, switch_strokes=np.full(8, 0.011),
     )  # fmt: skip
     group = SlowGroup((one,), effects(MEMORY) + tuple(CATALOGUE[name] for name in SAME))
     read = group.predict({k: jnp.asarray([v], dtype=float) for k, v in values.items()})

@@ -1,0 +1,254 @@
+"""Slow records of steady rigs: long exponential steps where all is smooth, short ones elsewhere.
+
+A record is led on in blocks of some samples. A block is one step where the valve is at rest, the
+rig no longer rings and the pump's flow does not bend; else every sample is a step. Which it is
+follows from the records for the valve, from the walkers of a batch together for the rest. The oil
+column changes slowly: f takes its value in the middle of a step, and Phi is interpolated.
+
+Arrays carry the walkers on their last axis: every operation is elementwise over it.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from rigid.rig import Rig, Surroundings
+from rigid.sensors import readings
+from rigid.solve.bend import bends, flow_at, mean_excess
+from rigid.solve.drive import STRIDE, Drive, Plan, plan
+from rigid.solve.rest import rest_under
+from rigid.solve.strokes import Strokes, foreseen
+from rigid.solve.tables import PARTS, Tables, bulge, tables
+
+SMOOTH = (1.0, 5e-7, 100.0)
+"""Load [N], stroke [m] and pressure [Pa], some hundredths of a tenth of the sensors' steps: a rig
+rings as long as it moves by more within a block than a cubic through the ends."""
+
+READ = ("load", "stroke", "pressure")
+
+
+class _Way(NamedTuple):
+    """What does not change along the records of a group."""
+
+    rig: Rig
+    contact: Array
+    fractions: Array
+    strokes: Strokes
+    table: Tables
+    kink_part: Array
+    kink_rest: Array
+    interval: float
+
+    def outside(self, level: Array, time: Array) -> Surroundings:
+        """Frame, and flow of a level (tracks,), at a time [s]."""
+        track = jnp.arange(self.fractions.shape[1])
+        return Surroundings(self.contact, 0.0, self.fractions[level, track], time)
+
+    def stroke(self, flat: Array, length: float) -> Array:
+        """Stroke [m] in the middle of a step of `length` [s]."""
+        return flat[2] - flat[0] + 0.5 * length * (flat[3] - flat[1])
+
+    def rates(self, flat: Array, outside: Surroundings, column: Array) -> Array:
+        """Rates of a flat state with the oil column frozen."""
+        moved = self.rig.motion(flat, outside, column).rates
+        return jnp.stack([jnp.broadcast_to(r, flat.shape[1:]) for r in moved])
+
+    def place(self, stroke: Array) -> Array:
+        """Place of a stroke between the nodes of the table."""
+        low, high = self.strokes.low, self.strokes.high
+        return jnp.clip((stroke - low) / (high - low), -0.5, 1.5)
+
+
+class _Part(NamedTuple):
+    """What the drives do in a step, (tracks,) each, and when it begins [s]."""
+
+    level: Array
+    kink: Array
+    after: Array
+    begin: Array
+
+
+def march(
+    rig: Rig, contact: Array, fractions: Array, drives: tuple[Drive, ...]
+) -> dict[str, Array]:
+    """Simulate a group of slow records from rest.
+
+    - `rig`: parameters of shape (walkers,). - `contact` (walkers,) [N/m]: stiffness of the frame.
+    - `fractions` (levels, tracks, walkers): flow fractions; level 0 is the shut valve.
+    - `drives`: of the group.
+
+    Returns load [N], stroke [m] and pressure [Pa] at every sample, (samples, tracks, walkers).
+    """
+    grid, strokes = plan(drives), foreseen(rig, contact, fractions, drives)
+    table = tables(rig, Surroundings(contact), grid, strokes)
+    part, rest = (jnp.asarray(np.append(0, w)) for w in grid.within(PARTS))
+    way = _Way(rig, contact, fractions, strokes, table, part, rest[:, None], grid.interval)
+
+    def block(carry: tuple[Array, Array], step: tuple) -> tuple[tuple[Array, Array], Array]:
+        flat, rings = carry
+        near, parts = step
+        bends = _bends_within(way, flat, parts)
+
+        def by_samples(flat: Array) -> tuple[Array, Array, Array]:
+            return _by_samples(way, flat, parts, bends)
+
+        def at_once(flat: Array) -> tuple[Array, Array, Array]:
+            return _at_once(way, flat, parts)
+
+        *state, series = jax.lax.cond(near | rings | bends, by_samples, at_once, flat)
+        return tuple(state), series
+
+    flat = jnp.broadcast_to(
+        rest_under(rig, 0.0, contact)[:, None], (len(rig.scales), *fractions.shape[1:])
+    )
+    near, parts = _blocks(grid)
+    (flat, _), series = jax.lax.scan(block, (flat, jnp.asarray(False)), (near, parts))
+    end = way.outside(parts.level[-1, -1], parts.begin[-1, -1] + grid.interval)
+    last = jnp.stack(readings(rig, flat, end)[:3])
+    series = jnp.concatenate([series.reshape(-1, *series.shape[2:]), last[None]])
+    return {name: series[: grid.samples, i] for i, name in enumerate(READ)}
+
+
+def _blocks(grid: Plan) -> tuple[Array, _Part]:
+    """Which blocks are near a switch (blocks,), and their parts (blocks, STRIDE, ...)."""
+    steps = grid.samples - 1
+    room = -steps % STRIDE
+
+    def cut(series: np.ndarray, mode: str) -> Array:
+        widths = ((0, room), *((0, 0),) * (series.ndim - 1))
+        whole = np.pad(series, widths, mode=mode)  # pyright: ignore[reportArgumentType, reportCallIssue]
+        return jnp.asarray(whole.reshape(-1, STRIDE, *series.shape[1:]))
+
+    begin = grid.interval * np.arange(steps + room)
+    parts = _Part(
+        cut(grid.levels, "edge"),
+        cut(grid.kink, "constant"),
+        cut(grid.after, "constant"),
+        jnp.asarray(begin.reshape(-1, STRIDE)),
+    )
+    return jnp.any(cut(grid.near, "constant"), axis=1), parts
+
+
+def _bends_within(way: _Way, flat: Array, parts: _Part) -> Array:
+    """Whether the pump's flow bends in a block for any walker, under any flow that it has."""
+    length = STRIDE * way.interval
+    found = jnp.asarray(False)
+    for level in (parts.level[0], parts.level[-1]):
+        outside = way.outside(level, parts.begin[0])
+        column = way.rig.column + flat[2] - flat[0]
+        rate = way.rig.motion(flat, outside, column).rates[4]
+        flow = flow_at(way.rig, flat, outside, column)
+        found = found | bends(flow, flat[4], rate, length)
+    return found
+
+
+def _led(way: _Way, flat: Array, rates: Array, stroke: Array, length: int) -> tuple[Array, Array]:
+    """Lead a flat state on by one step; return also what a unit rate of pressure does in it.
+
+    - `length`: 0 for a part of a sample, 1 for a sample, 2 for a long step.
+    """
+    place = way.place(stroke)
+    low, slope, bend = (t[length][:, :, None] for t in way.table[:3])
+    off = bulge(place)
+    new, columns = flat, []
+    for j in range(flat.shape[0]):
+        column = low[:, j] + place * (slope[:, j] + place * bend[:, j])
+        if length < 2:
+            column = column + off * way.table.own[length][:, j]
+        columns.append(column)
+        new = new + column * rates[j]
+    return new, columns[4]
+
+
+def _read(way: _Way, flat: Array, outside: Surroundings) -> tuple[Array, Array]:
+    """Readings (3, tracks, walkers) and how fast they change."""
+    rates = way.rates(flat, outside, way.rig.column + flat[2] - flat[0])
+    shape = flat.shape[1:]
+
+    def seen(y: Array) -> Array:
+        return jnp.stack([jnp.broadcast_to(r, shape) for r in readings(way.rig, y, outside)[:3]])
+
+    return jax.jvp(seen, (flat,), (rates,))
+
+
+def _between(way: _Way, first: tuple[Array, Array], last: tuple[Array, Array]) -> Array:
+    """Cubic through readings at the ends of a block, (STRIDE, 3, tracks, walkers)."""
+    u = (jnp.arange(STRIDE) / STRIDE).reshape(-1, 1, 1, 1)
+    h = STRIDE * way.interval
+    w0, w1 = (1 + 2 * u) * (1 - u) ** 2, u**2 * (3 - 2 * u)
+    s0, s1 = u * (1 - u) ** 2 * h, u**2 * (u - 1) * h
+    return w0 * first[0] + w1 * last[0] + s0 * first[1] + s1 * last[1]
+
+
+def _at_once(way: _Way, flat: Array, parts: _Part) -> tuple[Array, Array, Array]:
+    """One step over a block: its end, that nothing rings, and readings at its samples."""
+    length = STRIDE * way.interval
+    stroke = way.stroke(flat, length)
+    outside = way.outside(parts.level[0], parts.begin[0] + 0.5 * length)
+    rates = way.rates(flat, outside, way.rig.column + stroke)
+    new, _ = _led(way, flat, rates, stroke, 2)
+    series = _between(way, _read(way, flat, outside), _read(way, new, outside))
+    return new, jnp.asarray(False), series
+
+
+def _by_samples(way: _Way, flat: Array, parts: _Part, bends: Array) -> tuple[Array, Array, Array]:
+    """Lead a block on sample by sample: its end, whether any rig rings in it, and readings."""
+
+    def one(flat: Array, part: _Part) -> tuple[Array, Array]:
+        outside = way.outside(part.level, part.begin + 0.5 * way.interval)
+        read = jnp.stack(
+            [jnp.broadcast_to(r, flat.shape[1:]) for r in readings(way.rig, flat, outside)[:3]]
+        )
+        return _sample(way, flat, part, bends), read
+
+    new, series = jax.lax.scan(one, flat, parts)
+    first = _read(way, flat, way.outside(parts.level[0], parts.begin[0]))
+    last = _read(way, new, way.outside(parts.level[-1], parts.begin[-1] + way.interval))
+    off = jnp.abs(series - _between(way, first, last))
+    return new, jnp.any(off > jnp.asarray(SMOOTH)[:, None, None]), series
+
+
+def _sample(way: _Way, flat: Array, part: _Part, bends: Array) -> Array:
+    """Lead a flat state on by a sample, at once or in parts where the flow changes within it."""
+
+    def whole(flat: Array) -> Array:
+        outside = way.outside(part.level, part.begin + 0.5 * way.interval)
+        stroke = way.stroke(flat, way.interval)
+        rates = way.rates(flat, outside, way.rig.column + stroke)
+        return _led(way, flat, rates, stroke, 1)[0]
+
+    def cut(flat: Array) -> Array:
+        switched = way.kink_part[part.kink]
+
+        def one(flat: Array, number: Array) -> tuple[Array, None]:
+            over = (part.kink > 0) & (number > switched)
+            level = jnp.where(over, part.after, part.level)
+            kink = jnp.where(number == switched, part.kink, 0)
+            begin = part.begin + number * way.interval / PARTS
+            return _part_of_sample(way, flat, _Part(level, kink, part.after, begin)), None
+
+        return jax.lax.scan(one, flat, jnp.arange(PARTS))[0]
+
+    return jax.lax.cond(bends | jnp.any(part.kink > 0), cut, whole, flat)
+
+
+def _part_of_sample(way: _Way, flat: Array, part: _Part) -> Array:
+    """Lead a flat state on by a part of a sample, the valve moving or the flow bending in it."""
+    h = way.interval / PARTS
+    outside = way.outside(part.level, part.begin + 0.5 * h)
+    stroke = way.stroke(flat, h)
+    column = way.rig.column + stroke
+    new, kept = _led(way, flat, way.rates(flat, outside, column), stroke, 0)
+    before = flow_at(way.rig, flat, outside, column)
+    new = new + kept * mean_excess(before, flat[4], new[4], kept[4])
+    changed = outside._replace(flow_fraction=way.outside(part.after, part.begin).flow_fraction)
+    after = flow_at(way.rig, flat, changed, column)
+    kick = jnp.moveaxis(way.table.kinks[part.kink], 0, 1)
+    gained, left = new[4] - flat[4], way.kink_rest[part.kink] / h
+    then, middle = flat[4] + (1.0 - left) * gained, flat[4] + (1.0 - 0.5 * left) * gained
+    jump = after(then) - before(middle)
+    # The flow after the switch is that at the pressure halfway to the end of the step.
+    return new + kick * (after(0.5 * (then + new[4] + kick[4] * jump)) - before(middle))

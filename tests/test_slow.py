@@ -1,0 +1,58 @@
+"""Long steps where a rig is unlike the record: other flows, a pump that bends, little friction."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from rigs import BASE, NOMINAL, drive, rig_of
+from test_staggered import by_lsoda, worst
+
+from rigid.solve import slow
+from rigid.solve.strokes import foreseen
+
+FRAME = NOMINAL["k_frame"]
+
+
+def by_blocks(values, contact: float, flows, record) -> dict[str, np.ndarray]:
+    """Compiled anew, so that what a test breaks on purpose is broken."""
+    march = eqx.filter_jit(lambda *given: slow.march(*given, (record,)))
+    levels = jnp.asarray(flows)[:, None, None]
+    out = march(rig_of(values, BASE, walkers=True), jnp.asarray([contact]), levels)
+    return {k: np.asarray(x[: record.samples, 0, 0]) for k, x in out.items()}
+
+
+def as_recorded(rig, contact, fractions, drives):
+    """Strokes of a tenth of the flow: those of the record, whatever the walker."""
+    return foreseen(rig, contact, 0.1 * fractions, drives)
+
+
+def never(flow, pressure, rate, length):
+    """A pump that is taken to deliver the same at all pressures."""
+    return jnp.asarray(False)
+
+
+CASES = {
+    "another flow than recorded": (
+        {"mu": 3e4}, 0.0, (0.0, 1.5), drive(300, (0.203, 2.0), (0, 1, 0)),
+        ("foreseen", as_recorded),
+    ),
+    "through the bend of the pump's curve": (
+        {"p_max": 40e5}, FRAME, (0.0, 0.1, -0.1),
+        drive(300, (0.203, 1.304, 2.1), (0, 1, 0, 2)), ("bends", never),
+    ),
+    "a rig that rings for long": (
+        {"mu": 2e3}, 0.0, (0.0, 0.3), drive(200, (0.203, 1.0), (0, 1, 0)),
+        ("SMOOTH", (np.inf,) * 3),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CASES)
+def test_follows_the_reference_to_a_tenth_of_a_sensors_step(name: str, monkeypatch):
+    values, contact, flows, record, (part, broken) = CASES[name]
+    values = NOMINAL | values
+    expected = by_lsoda(values, BASE, contact, flows, record)
+    assert worst(by_blocks(values, contact, flows, record), expected) < 1.0
+    monkeypatch.setattr(slow, part, broken)
+    assert worst(by_blocks(values, contact, flows, record), expected) > 2.0
