@@ -52,9 +52,11 @@ def autoregression(residual: np.ndarray, valid: np.ndarray) -> Autoregression:
     - `residual`, `valid` (n,): the series and where it was read.
     """
     n = int(valid.sum())
-    orders = min(MAX_ORDER, max(n // 10, 0))
+    if n < 20:
+        return Autoregression(np.zeros(0), 1.0)
+    orders = min(MAX_ORDER, n // 10)
     covariance = autocovariance(residual, valid, orders)
-    if n < 20 or covariance[0] <= 0.0:
+    if covariance[0] <= 0.0:
         return Autoregression(np.zeros(0), 1.0)
     best, best_bic, best_variance = np.zeros(0), n * np.log(covariance[0]), covariance[0]
     for order in range(1, orders + 1):

@@ -45,7 +45,7 @@ from rigid.choosing.present import content, table
 from rigid.choosing.scatter import CAMPAIGNS, Judge, Scattered, scattered
 from rigid.choosing.starts import prior_starts
 from rigid.choosing.stepping import Model, moved_within, promised, solved
-from rigid.choosing.together import CLOSE, Place, Program, descended, led, simulated
+from rigid.choosing.together import CLOSE, STEP, Place, Program, descended, led, simulated
 from rigid.choosing.widths import AS_STATED, VARIANTS, sized, spread
 from rigid.cli import Options
 from rigid.discovery.families import Family, families
@@ -400,18 +400,18 @@ def test_slopes_of_the_model_without_an_effect_serve_where_it_is_absent(plain):
     assert Program(wide, family).lanes(hypothesis) == 2
 
 
+@pytest.mark.slow
 def test_slopes_by_differences_are_derivatives(plain):
-    """In noise sds, summed in squares over all samples; their sizes here are up to 2e5."""
+    """Off by less than a step's share of the largest, in noise sds over all samples."""
     family, found = plain
     local = found[WITH_MEMORY]
-    where = family, local.layout
-    exact = expand(local.hypothesis, where, local.w, local.z_noise)
-    scale = np.sqrt(exact.terms.bend)[:, None]
+    exact = expand(local.hypothesis, (family, local.layout), local.w, local.z_noise)
     assert local.value == pytest.approx(exact.value, abs=1e-6)
-    off = np.linalg.norm(scale * (local.design - exact.design), axis=0)
-    print(np.linalg.norm(scale*exact.design,axis=0).max(), off.max(), local.log_evidence-exact.log_evidence)
-    assert off.max() < 0.1
-    assert local.log_evidence == pytest.approx(exact.log_evidence, abs=1e-3)
+    scale = np.sqrt(exact.terms.bend)[:, None]
+    size = np.linalg.norm(scale * exact.design, axis=0).max()
+    off = np.linalg.norm(scale * (local.design - exact.design), axis=0).max()
+    assert 0.0 < off < STEP * size
+    assert local.log_evidence == pytest.approx(exact.log_evidence, abs=1e-5)
 
 
 def rounded(local: Local, rng: np.random.Generator) -> np.ndarray:

@@ -35,8 +35,8 @@ FIRST_DRY_TURNS, MOST_DRY_TURNS, LAST_DRY_TURNS = 2, 4, 2
 """Turns after which only the best start of each law of dry friction goes on, how many more at most,
 and how many once all samples have their weights."""
 WIDTH = 16
-"""Simulations side by side in the program of dry friction: one turn serves a step of all its laws;
-three turns of 5 take twice as long."""
+"""Simulations side by side in the program of dry friction: one turn serves a step of all its laws,
+which take 14."""
 
 Report = Callable[[str], None]
 

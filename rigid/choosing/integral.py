@@ -9,6 +9,7 @@ numbers by the parabola: exact where records change in proportion to an amplitud
 
 import dataclasses
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import jax
@@ -51,25 +52,53 @@ class Shape:
 
         - `pull` (..., d), `value` (...): slope of the log-likelihood at w, and itself.
         """
-        other = np.setdiff1d(np.arange(len(self.centre)), self.wide)
-        slope, centre = self.slope[other], self.centre[other]
-        solved = cho_factor(self.information[np.ix_(other, other)] + np.diag(slope**2))
-        asked = pull[..., other] - slope * centre
-        moved = cho_solve(solved, asked.reshape(-1, len(other)).T).T.reshape(asked.shape)
-        top = value + 0.5 * np.sum(asked * moved, axis=-1) - 0.5 * centre @ centre
-        top = top + np.log(slope).sum() - np.log(np.diag(solved[0])).sum()
+        other, slope = self._other, self.slope[self._other]
+        asked = pull[..., other] - slope * self.centre[other]
+        moved = cho_solve(self._solved, asked.reshape(-1, len(other)).T).T.reshape(asked.shape)
+        top = value + 0.5 * np.sum(asked * moved, axis=-1) + self._level
         if not len(self.wide):
             return np.asarray(top)
-        cross = self.information[np.ix_(self.wide, other)]
+        free = pull[..., self.wide] - moved @ self._cross.T
+        return np.asarray(top + _log_sum(free @ self.steps + self._curve))
+
+    @cached_property
+    def _other(self) -> np.ndarray:
+        """Numbers that are not on the grid."""
+        return np.setdiff1d(np.arange(len(self.centre)), self.wide)
+
+    @cached_property
+    def _solved(self) -> tuple[np.ndarray, bool]:
+        """Factor of the posterior's information on them."""
+        own = self.information[np.ix_(self._other, self._other)]
+        return cho_factor(own + np.diag(self.slope[self._other] ** 2))
+
+    @cached_property
+    def _level(self) -> float:
+        """What the integral has whatever the samples are."""
+        slope, centre = self.slope[self._other], self.centre[self._other]
+        size = np.log(slope).sum() - np.log(np.diag(self._solved[0])).sum()
+        return float(size - 0.5 * centre @ centre)
+
+    @cached_property
+    def _cross(self) -> np.ndarray:
+        return self.information[np.ix_(self.wide, self._other)]
+
+    @cached_property
+    def _curve(self) -> np.ndarray:
+        """Log of the integrand on the grid (k,) but for the slope there, the rest at its best."""
         own = self.information[np.ix_(self.wide, self.wide)]
-        bend = own - cross @ cho_solve(solved, cross.T)
-        free = pull[..., self.wide] - moved @ cross.T
-        curve = self.log_mass - 0.5 * np.einsum("mk,mn,nk->k", self.steps, bend, self.steps)
-        return np.asarray(top + logsumexp(free @ self.steps + curve, axis=-1))
+        bend = own - self._cross @ cho_solve(self._solved, self._cross.T)
+        return self.log_mass - 0.5 * np.einsum("mk,mn,nk->k", self.steps, bend, self.steps)
 
     def without(self, information: np.ndarray) -> "Shape":
         """Return the shape with less to go by: that of some samples taken off."""
         return dataclasses.replace(self, information=self.information - information)
+
+
+def _log_sum(height: np.ndarray) -> np.ndarray:
+    """Log of the sum of exponentials over the last axis; a third of the time of scipy's."""
+    top = height.max(axis=-1, keepdims=True)
+    return np.asarray(top[..., 0] + np.log(np.exp(height - top).sum(axis=-1)))
 
 
 class Amplitude(NamedTuple):
@@ -93,12 +122,13 @@ def shape_of(
     - `amplitudes`: laws of its amplitudes, by label; they may be others than it was fitted with.
     - `bend` (n,): minus the curvature of each sample, in place of the fit's.
     """
-    weight = local.terms.bend if bend is None else bend
     values, labels = local.hypothesis.values(local.w), local.hypothesis.labels
     listed = [
         Amplitude(labels.index(label), *values[label], law) for label, law in amplitudes.items()
     ]
-    return shape(local.design.T @ (local.design * weight[:, None]), local.w, listed)
+    if bend is None:
+        return shape(local.information - np.eye(len(local.w)), local.w, listed)
+    return shape(local.design.T @ (local.design * bend[:, None]), local.w, listed)
 
 
 def shape(information: np.ndarray, w: np.ndarray, amplitudes: Sequence[Amplitude]) -> Shape:

@@ -6,6 +6,7 @@ each of them by the parabola around its fit to the real ones, with the integrals
 get; what their differences scatter by is the standard error. No simulation of the rig is needed.
 """
 
+import itertools
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -73,24 +74,29 @@ class Judge:
         parts: Sequence[np.ndarray],
     ):
         bend = np.maximum(true.terms.bend, 0.0)
-        self._miss = local.residual - true.residual
-        self._design = local.design
+        miss = local.residual - true.residual
         rest = ~np.any(np.array(parts), axis=0)
-        self._rows = [np.flatnonzero(rows) for rows in (*parts, rest)]
+        rows = [np.flatnonzero(part) for part in (*parts, rest)]
+        self._order = np.concatenate(rows)
+        self._ends = np.cumsum([0, *(len(r) for r in rows)])
+        self._columns = np.column_stack([local.design, miss])[self._order]
         self._shape = shape_of(local, amplitudes, bend)
-        self._without = [self._less(rows, bend) for rows in self._rows[:-1]]
-        steady = bend * self._miss
-        self._pull = np.array([self._design[r].T @ steady[r] for r in self._rows])
-        self._value = np.array([-0.5 * steady[r] @ self._miss[r] for r in self._rows])
+        self._without = [self._less(local.design[r], bend[r]) for r in rows[:-1]]
+        steady = bend * miss
+        self._pull = np.array([local.design[r].T @ steady[r] for r in rows])
+        self._value = np.array([-0.5 * steady[r] @ miss[r] for r in rows])
 
-    def _less(self, rows: np.ndarray, bend: np.ndarray) -> Shape:
-        design = self._design[rows]
-        return self._shape.without(design.T @ (design * bend[rows, None]))
+    def _less(self, design: np.ndarray, bend: np.ndarray) -> Shape:
+        return self._shape.without(design.T @ (design * bend[:, None]))
 
     def __call__(self, scores: np.ndarray) -> Scattered:
         """Judge campaigns; `scores` (campaigns, n): of their samples at the true readings."""
-        pull = np.stack([scores[:, r] @ self._design[r] for r in self._rows], axis=1) + self._pull
-        value = self._value - np.stack([scores[:, r] @ self._miss[r] for r in self._rows], axis=1)
+        ordered = scores[:, self._order]
+        told = np.stack(
+            [ordered[:, a:b] @ self._columns[a:b] for a, b in itertools.pairwise(self._ends)],
+            axis=1,
+        )
+        pull, value = self._pull + told[..., :-1], self._value - told[..., -1]
         all_pull, all_value = pull.sum(axis=1), value.sum(axis=1)
         evidence = self._shape.integral(all_pull, all_value)
         rest = [

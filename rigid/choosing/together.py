@@ -124,7 +124,7 @@ def simulated(program: Program, places: Sequence[Place]) -> list[Local]:
     """Expand several laws in one sweep of a program that holds them all.
 
     Slopes are differences: bare simulations take a fifth of the time of derivatives, and compile in
-    a quarter.
+    a third.
     """
     lanes = [lane for place in places for lane in _lanes(program, place)]
     values = {label: np.array([lane[label] for lane in lanes]) for label in lanes[0]}

@@ -153,7 +153,9 @@ class Terms(NamedTuple):
 
 
 @eqx.filter_jit
-def _terms(stretches: tuple[Stretch, ...], residual: Array, sigma: Array) -> list[Terms]:
+def _terms(
+    stretches: tuple[Stretch, ...], residual: Array, sigma: Array
+) -> list[tuple[Array, Array, Array]]:
     """Terms of each stretch, weights left out; `residual` (n,), `sigma` (sensors,)."""
     parts, at = [], 0
     for one in stretches:
@@ -161,8 +163,7 @@ def _terms(stretches: tuple[Stretch, ...], residual: Array, sigma: Array) -> lis
         at += one.size
         law = noise.sample_law(sigma[np.array(one.sensors), None], one.sheet.step, one.sheet.noise)
         point = law(here)
-        found = (point.value, point.slope, -point.curvature)
-        parts.append(Terms(*(x.ravel() for x in found)))
+        parts.append((point.value.ravel(), point.slope.ravel(), -point.curvature.ravel()))
     return parts
 
 

@@ -7,8 +7,9 @@ beside it at a stated strength (from FIRST_SEED on; all development used lower s
 laws on each as the command does, and writes a line a campaign to OUT/laws-SIZE.K.jsonl and the page
 to OUT.md. Each campaign is judged with all of its free runs, at three settings of the valve; those
 of constant friction, memory and Coulomb friction once more with the middle setting alone.
-Resumable: a campaign that has its line is not run again. `--only` runs the campaigns of some laws,
-`--three` leaves out the second judgement with one setting.
+Resumable: a campaign that has its line, in whatever part, is not run again. `--only` runs the
+campaigns of some laws, `--three` leaves out the second judgement with one setting (a campaign run
+so stays without).
 `--page` writes the page alone. `--lookalikes` computes anew which laws leave the same trace
 (OUT/lookalikes.json), from seeds of development.
 
@@ -247,13 +248,15 @@ def lookalikes(path: Path) -> None:
 
 def options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--size", choices=tuple(SEEDS), default="small")
+    parser.add_argument("--size", choices=tuple(SEEDS), default="small", help="how many campaigns")
     parser.add_argument("--part", default="0/1", help="K/N: every N-th campaign from the K-th on")
-    parser.add_argument("--out", type=Path, default=Path("docs/studies/laws"))
-    parser.add_argument("--only", nargs="+", choices=LAWS, default=LAWS)
+    parser.add_argument("--out", type=Path, default=Path("docs/studies/laws"), help="folder")
+    parser.add_argument(
+        "--only", nargs="+", choices=LAWS, default=LAWS, metavar="LAW", help="laws that make them"
+    )
     parser.add_argument("--three", action="store_true", help="judge with three settings alone")
     parser.add_argument("--page", action="store_true", help="write the page from what there is")
-    parser.add_argument("--lookalikes", action="store_true")
+    parser.add_argument("--lookalikes", action="store_true", help="compute which laws look alike")
     return parser.parse_args()
 
 
@@ -264,17 +267,20 @@ def main() -> int:
         return 0
     part, parts = (int(x) for x in args.part.split("/"))
     listed = cases(args.size)
+    every = f"laws-{args.size}.*.jsonl"
     if not args.page:
         from rigid.runtime import prepare
 
         prepare()
+        # Another cut into parts may have run it: no campaign is to count twice.
+        done = {row["case"]["number"] for row in lines_of(sorted(args.out.glob(every)))}
         carry_out(
             args.out / f"laws-{args.size}.{part}.jsonl",
-            [case for case in listed[part::parts] if case.law in args.only],
+            [c for c in listed[part::parts] if c.law in args.only and c.number not in done],
             lambda case: one_campaign(case, not args.three),
             lambda row: {k: (v["verdict"], v["first"]) for k, v in row["answers"].items()},
         )
-    rows = lines_of(sorted(args.out.glob(f"laws-{args.size}.*.jsonl")))
+    rows = lines_of(sorted(args.out.glob(every)))
     stored = args.out / "lookalikes.json"
     known = json.loads(stored.read_text("utf-8")) if stored.exists() else {"names": []}
     args.out.with_suffix(".md").write_text(page(rows, known, len(listed), args.size), "utf-8")

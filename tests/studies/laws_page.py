@@ -1,5 +1,6 @@
 """What the study of friction laws is worth: counts with bounds, scores, and its page."""
 
+import datetime
 import math
 from collections.abc import Callable, Mapping, Sequence
 
@@ -24,7 +25,7 @@ frame tests, two releases and free runs of both cylinders; it is judged with thr
 valve, and those of some laws with one as well.
 Bounds are one-sided, 95 %, after Clopper and Pearson. All of it is simulated.
 
-`python tests/studies/laws.py --size {size}`{how}, code of {commits}, 2026-11-21:
+`python tests/studies/laws.py --size {size}`{how}, code of {commits}, {today}:
 {done} of {planned} campaigns.
 
 Laws not reached: {missing}. Fewer than ten campaigns, examples and no more: {few}.
@@ -40,8 +41,9 @@ def page(rows: Sequence[Row], lookalikes: Mapping, planned: int, size: str) -> s
     few = ", ".join(WORDS[law] for law, n in counts.items() if 0 < n < FEW) or "none"
     missing = ", ".join(WORDS[law] for law, n in counts.items() if n == 0) or "none"
     how = "" if any("one" in row["answers"] for row in rows) else " (`--three`)"
+    today = datetime.datetime.now(datetime.UTC).date().isoformat()
     told = {"how": how, "few": few, "missing": missing, "done": len(rows), "planned": planned}
-    head = HEAD.format(size=size, commits=commits, **told)
+    head = HEAD.format(size=size, commits=commits, today=today, **told)
     three, one = ([r for r in rows if s in r["answers"]] for s in ("three", "one"))
     sections = [
         _bars(three, lookalikes),

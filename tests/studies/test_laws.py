@@ -138,5 +138,7 @@ def test_it_goes_on_where_it_stopped(tmp_path, monkeypatch):
     monkeypatch.setattr("sys.argv", ["laws.py", "--out", str(out)])
     assert study.main() == 0
     assert study.main() == 0
+    monkeypatch.setattr("sys.argv", ["laws.py", "--out", str(out), "--part", "1/2"])
+    assert study.main() == 0
     assert asked == [FIRST_SEED, FIRST_SEED + 1]
     assert "2 of 2" in (tmp_path / "laws.md").read_text()
