@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -10,16 +11,16 @@ from rigs import BASE, NOMINAL, SHEETS, converted, drive, effects, parameters, t
 from rigid.discovery import bench, explain
 from rigid.discovery.candidates import candidates
 from rigid.discovery.evidence import Bundle, amplitudes, log_bayes
-from rigid.discovery.families import families, quiet_values, sweep
+from rigid.discovery.families import Family, families, quiet_values, sweep
 from rigid.discovery.formula import simplest
 from rigid.discovery.hidden import HiddenDrag
 from rigid.discovery.hypothesis import Hypothesis, start
 from rigid.discovery.judging import left_out, place, units
 from rigid.discovery.local import Local, expand, refined, with_weights
-from rigid.discovery.samples import lay_out
+from rigid.discovery.samples import data_of, lay_out
 from rigid.discovery.screening import Around, Screening, gram, screen
 from rigid.discovery.traces import lanes_of, traces
-from rigid.discovery.weights import facts, spikes
+from rigid.discovery.weights import beyond, facts, spikes
 from rigid.discovery.workflow import Outcome, Running, discover
 from rigid.effects import CATALOGUE
 from rigid.groups import SlowGroup
@@ -190,6 +191,42 @@ def test_a_spike_does_not_count_and_correlated_noise_counts_less():
     weight = facts(coloured, columns)[rows].max()
     assert clean[rows].max() / 22.0 < weight < clean[rows].max() / 3.6
     assert with_weights(local, clean).value == pytest.approx(local.value, rel=0.3)
+
+
+def test_a_gauge_at_the_end_of_its_range_says_nothing_there():
+    local, _ = fitted(campaign(304))
+    pressure = np.array([c.quantity == "pressure" for c in local.layout.channels])
+    rows = pressure[local.layout.channel]
+    assert not beyond(local).any()
+    data = data_of(local.layout)
+    end = float(data[rows].max()) - 8.0 * local.layout.floor[rows].max()
+    problem = local.layout.problem
+    pieces = tuple(
+        eqx.tree_at(lambda p: p.data, p, jnp.minimum(p.data, end))
+        if p.quantity == "pressure"
+        else p
+        for p in problem.pieces
+    )
+    layout = lay_out(dataclasses.replace(problem, pieces=pieces))
+    residual = local.residual + np.where(rows, np.minimum(data, end) - data, 0.0)
+    cut = dataclasses.replace(local, layout=layout, residual=residual)
+    expected = data_of(layout) - residual
+    step = SHEETS["pressure"].step
+    np.testing.assert_array_equal(beyond(cut), rows & (expected > end - 0.5 * step))
+    assert beyond(cut).sum() > 50
+
+
+def test_differences_are_derivatives(listed, monkeypatch):
+    """Traces and slopes of a rig that is not steady come of differences; here of one that is."""
+    local, programs = fitted(campaign(305))
+    exact = traces(local, programs, listed)
+    where = local.family, local.layout
+    monkeypatch.setattr(Family, "steady", False)
+    off = np.linalg.norm(traces(local, programs, listed) - exact, axis=0)
+    assert np.all(off < 1e-3 * np.linalg.norm(exact, axis=0))
+    again = expand(local.hypothesis, where, local.w, local.z_noise)
+    off = np.linalg.norm((again.design - local.design) / local.layout.floor[:, None], axis=0)
+    assert off.max() < 0.1
 
 
 def test_products_are_those_of_all_samples_whatever_is_left_out():

@@ -45,15 +45,15 @@ def main() -> None:
         given.out.mkdir(parents=True, exist_ok=True)
     bench, rows = Bench(given.quick, given.out), []
     began = datetime.datetime.now(datetime.UTC)
+    command, text = " ".join(["python tests/benchmarks/run.py", *sys.argv[1:]]), ""
     for name in given.rows or NAMES:
         start = time.perf_counter()
         rows += ROWS[name](bench)
         sys.stderr.write(f"{name}: {time.perf_counter() - start:.0f} s\n")
-    command = " ".join(["python tests/benchmarks/run.py", *sys.argv[1:]])
-    text = page(rows, provenance(ROOT, command, given.quick, began))
+        text = page(rows, provenance(ROOT, command, given.quick, began))
+        if given.out is not None:  # after each row: the next may take an hour
+            (given.out / "speed.md").write_text(text, encoding="utf-8")
     sys.stdout.write(text)
-    if given.out is not None:
-        (given.out / "speed.md").write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":
