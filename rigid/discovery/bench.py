@@ -8,6 +8,7 @@ import numpy as np
 from rigid.discovery.bumps import Bumps, Target, bumps
 from rigid.discovery.candidates import EVENT, Candidate, candidates, events
 from rigid.discovery.families import Effects, Family
+from rigid.discovery.lines import Line, lines
 from rigid.discovery.local import Local
 from rigid.discovery.traces import traces
 from rigid.shelf import Arrays, Shelf
@@ -31,22 +32,36 @@ class Bench:
 def laid_out(base: Local, programs: tuple[Family, ...], effects: Effects, shelf: Shelf) -> Bench:
     """Work out the traces of all candidates and hidden things around a fit, once a run."""
     tracks = [t for group in base.layout.problem.groups for t in group.tracks]
-    valve = [e for e in effects if e.name == EVENT]
-    given = base.hypothesis.given
-    listed = candidates([e for e in effects if e not in valve], SHAPES, given)
-    listed += tuple(one for effect in valve for one in events(effect, tracks, given))
+    placed = [e for e in effects if e.name == EVENT or e.beat is not None]
+    given = dict(base.hypothesis.given)
+    spread = candidates([e for e in effects if e not in placed], SHAPES, given)
+    spread += tuple(o for e in placed if e.name == EVENT for o in events(e, tracks, given))
+    beating = [e for e in placed if e.beat is not None]
 
     def make() -> Arrays:
         hidden = bumps(base, programs[0])
+        beats = [lines(base, programs, e) for e in beating]
         return {
-            "traces": traces(base, programs, listed),
+            "traces": np.concatenate(
+                [traces(base, programs, spread), *(c for _, c in beats)], axis=1
+            ),
+            "lines": np.array(json.dumps([found for found, _ in beats])),
             "columns": hidden.columns,
             "centre": hidden.centre,
             "target": np.array(json.dumps(hidden.target)),
         }
 
     found = shelf.once(KEPT, make)
+    beats = json.loads(str(found["lines"]))
+    beating_alone = tuple(
+        Line(*one).candidate(effect, given)
+        for effect, each in zip(beating, beats, strict=True)
+        for one in each
+    )
     target = tuple(Target(*one) for one in json.loads(str(found["target"])))
     return Bench(
-        programs, listed, Bumps(found["columns"], target, found["centre"]), found["traces"]
+        programs,
+        spread + beating_alone,
+        Bumps(found["columns"], target, found["centre"]),
+        found["traces"],
     )

@@ -24,6 +24,8 @@ class Candidate:
       amplitudes where they are absent. - `only`: the record it is confined to, "record,cylinder".
     - `level`: amplitude up to which the records are compared, for effects that do not grow in
       proportion; the amplitude is then counted in units of it. None: the slope at absence.
+    - `log_share`: log of the share of the shape's prior that it stands for, where it is the best of
+      so many `tried`.
     """
 
     effect: type[AbstractEffect]
@@ -33,6 +35,8 @@ class Candidate:
     shape: Mapping[str, float]
     only: str | None = None
     level: float | None = None
+    log_share: float = 0.0
+    tried: int = 1
 
     def departure(self, standard: float) -> float:
         """Value of the amplitude at a quantile of `law`, on the standard normal scale."""

@@ -93,14 +93,15 @@ def explain(
     diagonal = np.diag(screening.information)
     candidate = np.array(
         [
-            float(log_bayes(screening.slope[i], diagonal[i], departures[i]))
-            for i in range(count)
+            float(log_bayes(screening.slope[i], diagonal[i], departures[i])) + one.log_share
+            for i, one in enumerate(listed)
         ]
     )  # fmt: skip
     bundles = bundles_of(targets, count, screening.information)
     bundle = np.array([float(b.log_bayes(screening.slope)) for _, b in bundles])
     found = Explained(listed, targets, screening, candidate, bundles, bundle, 1.0)
     drawn = null_draws(screening.information, seed)
+    best_of_many(drawn, screening.size, [one.tried for one in listed], seed)
     null = _totals(found, drawn)
     here = _totals(found, screening.slope[None])[0]
     return dataclasses.replace(found, p_value=float((1 + np.sum(null >= here)) / (1 + len(null))))
@@ -111,6 +112,19 @@ def null_draws(information: np.ndarray, seed: int) -> np.ndarray:
     size = np.sqrt(np.maximum(np.diag(information), 1e-200))
     rng = np.random.default_rng([seed, 5])
     return rng.standard_normal((SIMULATED, len(size))) @ _root(information, size).T * size
+
+
+def best_of_many(drawn: np.ndarray, size: np.ndarray, tried: Sequence[int], seed: int) -> None:
+    """Put into slopes (draws, k) those of candidates that are the best of many settings.
+
+    - `size` (k,): of the traces. - `tried`: of each candidate, how many settings there were. With
+      two amplitudes to each, half the square of a setting's strength is exponential.
+    """
+    rng = np.random.default_rng([seed, 6])
+    for i, count in enumerate(tried):
+        if count > 1:
+            least = -np.expm1(np.log(rng.random(len(drawn))) / count)  # smallest of so many tails
+            drawn[:, i] = size[i] * np.sqrt(-2.0 * np.log(least))
 
 
 def _root(information: np.ndarray, size: np.ndarray) -> np.ndarray:
@@ -154,7 +168,7 @@ def curves_of_all(
         one = listed[members[0]]
         departures = amplitudes(one.law, one.absent)
         out[members] = curves_of(departures, sizes[members], strengths)
-    return out
+    return out + np.array([[one.log_share] for one in listed])
 
 
 def curves_of(

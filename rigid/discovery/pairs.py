@@ -75,6 +75,7 @@ def _with(
     size, reach = scale
     a = amplitudes(found.listed[first].law, found.listed[first].absent)
     alone = slope[first] * a - 0.5 * information[first, first] * a**2 + LOG_MASS
+    alone = alone + found.listed[first].log_share
     left = (slope[others] - np.outer(a, information[first, others])) / size
     place = np.clip((left / reach + 1.0) * 0.5 * (POINTS - 1), 0.0, POINTS - 1.000001)
     below = place.astype(int)

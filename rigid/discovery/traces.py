@@ -51,6 +51,8 @@ class Way(NamedTuple):
 def traces(local: Local, found: tuple[Family, ...], listed: Iterable[Candidate]) -> np.ndarray:
     """Change of every sample's expected reading per unit amplitude, (n, candidates)."""
     listed = tuple(listed)
+    if not listed:
+        return np.zeros((len(local.layout.channel), 0))
     columns: list[np.ndarray | None] = [None] * len(listed)
     lots: dict[int, list[int]] = {}
     for i, one in enumerate(listed):

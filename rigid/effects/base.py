@@ -192,6 +192,8 @@ class AbstractEffect(eqx.Module):
       body alone (`MOTION`) if it pushes the plunger.
     - `bristle`: whether its one state relaxes at a rate that goes with the speed, and linearly in
       the state.
+    - `beat`: of an effect that beats, the labels of its frequency [Hz] and of its phase, which is
+      each record's own matter.
     """
 
     name: eqx.AbstractClassVar[str]
@@ -201,6 +203,7 @@ class AbstractEffect(eqx.Module):
     steady: ClassVar[bool] = False
     kinds: ClassVar[tuple[str, ...] | None] = None
     bristle: ClassVar[bool] = False
+    beat: ClassVar[tuple[str, str] | None] = None
 
     @abstractmethod
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:

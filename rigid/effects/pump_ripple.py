@@ -35,6 +35,7 @@ class PumpRipple(AbstractEffect):
         "first harmonic of a periodic delivery; Merritt 1967, ch. 4, pump ripple"
     )
     kinds: ClassVar[tuple[str, ...] | None] = ("frame", "free-run", "field")
+    beat: ClassVar[tuple[str, str] | None] = ("f_ripple", "phase_ripple")
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the periodic part of the flow."""

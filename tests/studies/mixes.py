@@ -1,0 +1,176 @@
+"""Which mix of emcee's moves, and which law to begin from, gives most effective samples a second?
+
+    python tests/studies/mixes.py --out docs/studies/mixes
+
+Samples three campaigns with every mix and from both laws: the reference campaign, the same with a
+constant coefficient (a model that misses something), and a campaign of the generator whose friction
+is drawn as widely as the fit's own priors allow. Each run has the same likelihood, seed and number
+of steps. Writes OUT.jsonl, a line a run, and OUT.md; resumable. Run it on an idle machine.
+"""
+
+import argparse
+import sys
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from rows import carry_out, lines_of
+
+ROOT = Path(__file__).resolve().parents[2]
+SEED, GENERATED = 5, 720_001
+"""Of the searches and chains; of the generated campaign (development)."""
+STARTS, ENSEMBLES, BLOCK, STEPS = 4, 2, 50, 400
+
+CHOSEN = "half independence (the command's)"
+MIXES = {
+    "independence alone": (1.0, 0.0, 0.0),
+    "mostly independence": (0.8, 0.15, 0.05),
+    CHOSEN: (0.5, 0.35, 0.15),
+    "a fifth independence": (0.2, 0.55, 0.25),
+    "differential evolution and snooker": (0.0, 0.8, 0.2),
+}
+LAWS = ("Gaussian at the optima", "fitted to weighted draws (the command's)")
+
+
+class Run(NamedTuple):
+    """One chain: of which campaign, by which moves, from which law."""
+
+    number: int
+    campaign: str
+    mix: str
+    law: str
+
+
+def runs() -> list[Run]:
+    """List every chain: all mixes from the fitted law, the command's mix from both."""
+    found = []
+    for campaign in ("reference", "constant coefficient", "wide friction"):
+        found += [Run(0, campaign, mix, LAWS[1]) for mix in MIXES]
+        found.append(Run(0, campaign, CHOSEN, LAWS[0]))
+    return [run._replace(number=number) for number, run in enumerate(found)]
+
+
+def problem_of(campaign: str, folder: Path):
+    """Read a campaign and search its best fits."""
+    from rigid.assemble import assemble
+    from rigid.generator import Conditions
+    from rigid.generator.campaign import campaign as made
+    from rigid.records.read import read_records
+    from rigid.search import search
+    from rigid.spec import load_spec
+
+    path = ROOT / "fits" / "calibration.toml"
+    if campaign == "constant coefficient":
+        path = ROOT / "fits" / "constant-mu.toml"
+    if campaign == "wide friction":
+        made(GENERATED, folder, field=False, conditions=Conditions(wide_friction=True))
+        path = folder / "calibration.toml"
+    spec = load_spec(path)
+    return search(assemble(spec, read_records(spec)), STARTS, SEED)
+
+
+class Found:
+    """Searches and laws, made when first asked for."""
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+        self.known: dict = {}
+
+    def of(self, campaign: str):
+        """The search of a campaign, and both laws by name."""
+        if campaign not in self.known:
+            from rigid.calibrate import mode_of, propose
+            from rigid.proposal import MixtureProposal
+
+            found = problem_of(campaign, self.folder)
+            modes = tuple(mode_of(o) for o in found.optima)
+            law, weights = propose(found, np.random.default_rng([SEED, 1]))
+            plain = MixtureProposal(modes, np.ones(len(modes)) / len(modes), law.dof)
+            self.known[campaign] = found, dict(zip(LAWS, (plain, law), strict=True)), weights
+        return self.known[campaign]
+
+
+def measured(run: Run, found: Found) -> dict:
+    """Sample; gives the least ESS of any parameter, seconds and acceptance."""
+    import jax.numpy as jnp
+
+    from rigid import convergence, moves
+    from rigid.problem import log_posterior, walkers
+    from rigid.sample import Settings, sample
+
+    searched, laws, weights = found.of(run.campaign)
+    problem = searched.problem
+    settings = Settings(
+        ensembles=ENSEMBLES, walkers=walkers(problem), block=BLOCK, max_steps=STEPS,
+        r_hat=1.0, ess=np.inf, seed=SEED,
+    )  # fmt: skip
+    # The command has one mix; a study of others has to put them in its place.
+    moves.INDEPENDENCE, moves.EVOLUTION, moves.SNOOKER = MIXES[run.mix]
+    draws = sample(
+        lambda z: np.asarray(log_posterior(problem, jnp.asarray(z))), laws[run.law], settings
+    )
+    told = [convergence.diagnose(str(i), draws.z[..., i]) for i in range(draws.z.shape[-1])]
+    least, worst = convergence.least_ess(told), convergence.worst_r_hat(told)
+    assert least is not None
+    assert worst is not None
+    return {
+        "case": run._asdict(),
+        "ess": round(least.ess_bulk, 1),
+        "r_hat": round(worst.r_hat, 4),
+        "seconds": round(draws.seconds, 2),
+        "evaluations": draws.evaluations,
+        "acceptance": round(float(draws.acceptance.mean()), 3),
+        "pareto_k": round(float(weights.pareto_k), 2),
+    }
+
+
+def page(rows: list[dict]) -> str:
+    """The table, one campaign after the other."""
+    head = "| moves | begun from | least ESS | R-hat | accepted | ESS a second | to the command's |"
+    out = [
+        "# Which moves, and where to begin",
+        "",
+        f"`python tests/studies/mixes.py --out docs/studies/mixes`, code of "
+        f"{', '.join(sorted({r['commit'] for r in rows}))}.",
+        "",
+        f"{ENSEMBLES} ensembles, {STEPS} steps, the first quarter dropped; the least effective",
+        "sample size of any parameter over the seconds that the chain took. All of it is simulated",
+        "data. An R-hat far above 1 means that the figure before it is too high.",
+    ]
+    for campaign in dict.fromkeys(r["case"]["campaign"] for r in rows):
+        mine = [r for r in rows if r["case"]["campaign"] == campaign]
+        speed = {Run(**r["case"]): r["ess"] / r["seconds"] for r in mine}
+        own = next((v for run, v in speed.items() if run[2:] == (CHOSEN, LAWS[1])), np.nan)
+        shape = mine[0]["pareto_k"]
+        out += ["", f"## {campaign.capitalize()}", ""]
+        out += [f"Pareto shape of the fitted law's weights: {shape:.2f}.", "", head]
+        out += ["|" + "---|" * 7]
+        for row in mine:
+            run = Run(**row["case"])
+            out.append(
+                f"| {run.mix} | {run.law} | {row['ess']:.0f} | {row['r_hat']:.3f} | "
+                f"{100 * row['acceptance']:.0f} % | {speed[run]:.1f} | {speed[run] / own:.2f} |"
+            )
+    return "\n".join(out) + "\n"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "studies" / "mixes")
+    parser.add_argument("--page", action="store_true", help="write the page from what there is")
+    args = parser.parse_args()
+    path = args.out.with_suffix(".jsonl")
+    if not args.page:
+        from rigid.runtime import prepare
+
+        prepare()
+        with tempfile.TemporaryDirectory() as name:
+            found = Found(Path(name))
+            carry_out(path, runs(), lambda run: measured(run, found), lambda row: row["ess"])
+    args.out.with_suffix(".md").write_text(page(lines_of([path])), encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
