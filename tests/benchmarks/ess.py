@@ -19,39 +19,48 @@ from rigid.sample import cores
 WHAT = "effective samples per second of the slowest parameter, whole fit"
 
 
-def rows(bench: Bench) -> list[Row]:
-    """The three peers."""
+def ours(bench: Bench) -> float:
+    """Effective samples a second of the command, start to report, cache warm."""
     warm = fits(bench).warm[0]
-    ours = warm.ess / warm.wall
-    said = f"rigid: {warm.ess:.0f} in {warm.wall:.0f} s, {ours:.3g} a second, start to report"
+    return warm.ess / warm.wall
+
+
+def rows(bench: Bench) -> list[Row]:
+    """Beside emcee with LSODA."""
+    warm = fits(bench).warm[0]
+    said = (
+        f"rigid: {warm.ess:.0f} in {warm.wall:.0f} s, {ours(bench):.3g} a second, start to report"
+    )
     peer = peer_emcee.measured(bench)
     reliable = "" if peer.steps > 50 * peer.tau else " (chain shorter than 50 of it: too low)"
-    first = ratio_row(
-        (WHAT, "emcee with SciPy LSODA"),
-        ours / peer.ess_per_second,
-        300.0,
-        said,
-        f"emcee, stretch moves from points of the posterior: {peer.tau:.0f} steps an independent "
-        f"draw{reliable}, from {peer.steps} steps on rigid's log-posterior",
-        f"{1e3 * peer.seconds:.3g} ms an evaluation with LSODA, {cores()} processes, from a "
-        f"shortened run of {peer.evaluations} evaluations; "
-        f"together {peer.ess_per_second:.2g} a second",
-    )
-    return [first, _pints(bench, ours), _numpyro(bench, ours)]
+    return [
+        ratio_row(
+            (WHAT, "emcee with SciPy LSODA"),
+            ours(bench) / peer.ess_per_second,
+            300.0,
+            said,
+            f"emcee, stretch moves from points of the posterior: {peer.tau:.0f} steps an independent "
+            f"draw{reliable}, from {peer.steps} steps on rigid's log-posterior",
+            f"{1e3 * peer.seconds:.3g} ms an evaluation with LSODA, {cores()} processes, from a "
+            f"shortened run of {peer.evaluations} evaluations; "
+            f"together {peer.ess_per_second:.2g} a second",
+        )
+    ]
 
 
-def _pints(bench: Bench, ours: float) -> Row:
+def pints(bench: Bench) -> list[Row]:
+    """Beside PINTS."""
     sides = WHAT, "PINTS with SciPy LSODA"
     if importlib.util.find_spec("pints") is None:
-        return missing(sides, "ahead", "pints")
+        return [missing(sides, "ahead", "pints")]
     import peer_pints
 
     peer = peer_pints.measured(bench)
     seconds = joint.lsoda(bench).seconds / cores()
     theirs = 1.0 / (peer.evaluations_each * seconds)
-    return ratio_row(
+    row = ratio_row(
         sides,
-        ours / theirs,
+        ours(bench) / theirs,
         1.0,
         f"PINTS, HaarioBardenetACMC, {peer_pints.CHAINS} chains begun at points of the posterior "
         "with its covariance, second half: "
@@ -60,19 +69,21 @@ def _pints(bench: Bench, ours: float) -> Row:
         f"{1e3 * seconds:.3g} ms an evaluation: LSODA's median over {cores()} cores; together "
         f"{theirs:.2g} a second",
     )
+    return [row]
 
 
-def _numpyro(bench: Bench, ours: float) -> Row:
+def numpyro(bench: Bench) -> list[Row]:
+    """Beside NumPyro."""
     sides = WHAT, "NumPyro NUTS through diffrax"
     if importlib.util.find_spec("numpyro") is None:
-        return missing(sides, "ahead", "numpyro")
+        return [missing(sides, "ahead", "numpyro")]
     import peer_numpyro
 
     peer = peer_numpyro.measured(bench)
     theirs = cores() / peer.gradient
-    return ratio_row(
+    row = ratio_row(
         sides,
-        ours / theirs,
+        ours(bench) / theirs,
         1.0,
         f"one gradient of the whole campaign by Kvaerno5 at {peer_numpyro.TOLERANCE:g}, in reverse "
         f"mode: {peer.gradient:.3g} s; a chain a core",
@@ -80,3 +91,4 @@ def _numpyro(bench: Bench, ours: float) -> Row:
         f"a shortened run on release-1 alone ({peer.draws} draws after as many of warm-up, "
         f"{peer.seconds:.0f} s) it took {peer.steps:.0f} gradients a draw",
     )
+    return [row]

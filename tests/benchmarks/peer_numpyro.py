@@ -39,7 +39,7 @@ class Nuts:
 
 def measured(bench: Bench) -> Nuts:
     """The cost of one gradient, then the run."""
-    return Nuts(gradient_seconds(bench), *shortened(bench, bench.choose(4, 50)))
+    return Nuts(gradient_seconds(bench), *shortened(bench, bench.choose(2, 5)))
 
 
 @eqx.filter_jit

@@ -17,6 +17,8 @@ ROWS: dict[str, Callable[[Bench], list[Row]]] = {
     "friction": friction.rows,
     "release": release.rows,
     "ess": ess.rows,
+    "pints": ess.pints,
+    "numpyro": ess.numpyro,
     "wall": wall.rows,
     "growth": growth.rows,
     "accuracy": accuracy.rows,

@@ -14,7 +14,9 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-NAMES = ("joint", "friction", "release", "ess", "wall", "growth", "accuracy")
+NAMES = (
+    "joint", "friction", "release", "wall", "ess", "pints", "numpyro", "growth", "accuracy",
+)  # fmt: skip
 
 
 def options() -> argparse.Namespace:
