@@ -39,8 +39,8 @@ def rows(bench: Bench) -> list[Row]:
             ours(bench) / peer.ess_per_second,
             300.0,
             said,
-            f"emcee, stretch moves from points of the posterior: {peer.tau:.0f} steps an independent "
-            f"draw{reliable}, from {peer.steps} steps on rigid's log-posterior",
+            f"emcee, stretch moves from points of the posterior: {peer.tau:.0f} steps a free draw"
+            f"{reliable}, from {peer.steps} steps on rigid's log-posterior",
             f"{1e3 * peer.seconds:.3g} ms an evaluation with LSODA, {cores()} processes, from a "
             f"shortened run of {peer.evaluations} evaluations; "
             f"together {peer.ess_per_second:.2g} a second",
