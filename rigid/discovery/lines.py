@@ -51,7 +51,8 @@ class Line(NamedTuple):
         amplitude = next(label for label, (info, _) in laws.items() if info.absent is not None)
         info, law = laws[amplitude]
         absent = float(info.absent or 0.0)
-        frequency, phase = effect.beat or ("", "")
+        assert effect.beat is not None  # the caller asks
+        frequency, phase = effect.beat
         shape = {amplitude: absent, frequency: self.frequency, phase: self.phase}
         return Candidate(
             effect, amplitude, absent, law, shape, self.track,
@@ -108,20 +109,21 @@ def _beat(local: Local, track: Track, law: AbstractLaw) -> tuple[float, float, i
             continue
         rows = np.flatnonzero((layout.channel == number) & layout.read)
         rows = rows[_open(track, layout.time[rows])]
-        span = len(rows) * channel.interval
+        open_for = len(rows) * channel.interval
         weight = float(local.terms.bend[rows].sum())
         top = min(high, 0.5 / channel.interval)
-        if span * (top - low) < 1.0 or weight <= 0.0:
+        if open_for * (top - low) < 1.0 or weight <= 0.0:
             continue
+        span = max(span, open_for)
         since = layout.time[rows] - layout.time[rows[0]]
         score = np.zeros(round(float(since[-1]) / channel.interval) + 1)
         score[np.round(since / channel.interval).astype(int)] = local.terms.score[rows]
-        count = math.ceil(FINER * span * (top - low))
+        count = math.ceil(FINER * open_for * (top - low))
         wave = zoom_fft(score, [2.0 * f * channel.interval for f in (low, top)], count)
         power = np.abs(wave) ** 2 / weight
         i = int(np.argmax(power))
         best = max(best, (float(power[i]), low + i * (top - low) / count))
-        tried += math.ceil(span * (top - low))
+        tried += math.ceil(open_for * (top - low))
     return None if tried == 0 else (best[1], span, tried)
 
 
