@@ -23,7 +23,7 @@ from rigid.problem import Problem, log_density, log_posterior, walkers
 from rigid.proposal import MixtureProposal, Mode, ModeWeights, mode_weights
 from rigid.records.record import Record
 from rigid.sample import Draws, Settings, Status, sample
-from rigid.search import Found, Optimum, search
+from rigid.search import Found, Optimum, compile_programs, search
 from rigid.searched import Searched, load, save
 from rigid.spec import Spec
 
@@ -56,7 +56,7 @@ class Calibrated:
     - `kept`: `values` of the fewer draws in posterior.nc; `kept_frictions` as well.
     - `sensors`: gain and zero (2, n) of each sensor. - `tracks`: log-likelihoods of each record.
     - `shown`, `prior_shown`: channels beside posterior and prior predictions.
-    - `seed`; `compile_s`: time until the first posterior density was there.
+    - `seed`; `compile_s`: time until density and search were compiled.
     """
 
     found: Found
@@ -105,7 +105,7 @@ def calibrate(
     """
     seed = spec.sampler.seed if options.seed is None else options.seed
     began = time.monotonic()
-    log_density(problem, np.zeros((1, problem.parameters.size)))
+    compile_programs(problem)
     compile_s = time.monotonic() - began
     say(options, f"{problem.parameters.size} parameters, compiled in {compile_s:.0f} s")
     mark = fingerprint(spec, records, seed) | marks(problem.effects)

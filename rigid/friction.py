@@ -1,10 +1,12 @@
 """mu(omega) of draws: its dissipative and its storage part over frequency."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 from jax.typing import ArrayLike
 
 from rigid.effects import AbstractEffect
@@ -31,6 +33,24 @@ class Friction(NamedTuple):
         return np.hypot(self.dissipative, self.storage / (2 * np.pi * FREQUENCIES))
 
 
+ROWS = 512
+"""Draws that are worked out at once: one shape does for any number of them."""
+
+
+def in_rows(draws: np.ndarray) -> Iterator[np.ndarray]:
+    """Cut draws (n, ...) into pieces of ROWS, the last one filled up with its last."""
+    for begin in range(0, len(draws), ROWS):
+        rows = draws[begin : begin + ROWS]
+        yield np.pad(rows, ((0, ROWS - len(rows)), *((0, 0),) * (rows.ndim - 1)), mode="edge")
+
+
+@eqx.filter_jit
+def _seen(
+    effects: tuple[type[AbstractEffect], ...], values: dict[str, Array], omega: Array
+) -> Array:
+    return friction_of(tuple(effect.build(values) for effect in effects), omega)
+
+
 def friction(
     effects: tuple[type[AbstractEffect], ...],
     values: Mapping[str, ArrayLike],
@@ -40,10 +60,17 @@ def friction(
 
     - `values`: SI by label, (draws,) each.
     """
-    omega = jnp.asarray(2 * np.pi * FREQUENCIES)[:, None]
-    seen = {k: jnp.asarray(v) for k, v in scoped(values, scope).items()}
-    mu = friction_of(tuple(effect.build(seen) for effect in effects), omega)
-    return Friction(np.asarray(mu.real).T, np.asarray(-omega * mu.imag).T)
+    omega = 2 * np.pi * FREQUENCIES[:, None]
+    seen = {k: np.atleast_1d(np.asarray(v, dtype=float)) for k, v in scoped(values, scope).items()}
+    draws = max(len(v) for v in seen.values())
+    table = np.stack([np.broadcast_to(v, draws) for v in seen.values()], axis=1)
+    parts = [
+        _seen(effects, {k: jnp.asarray(rows[:, i]) for i, k in enumerate(seen)}, jnp.asarray(omega))
+        for rows in in_rows(table)
+    ]
+    whole = [np.broadcast_to(np.asarray(p), (len(omega), ROWS)) for p in parts]
+    mu = np.concatenate(whole, axis=1)[:, :draws]
+    return Friction(np.real(mu).T, (-omega * np.imag(mu)).T)
 
 
 def scopes(problem: Problem) -> dict[str, tuple[str, ...]]:

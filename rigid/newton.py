@@ -54,6 +54,7 @@ def joined(problem: Problem, z: np.ndarray, standard: np.ndarray) -> np.ndarray:
     return np.concatenate([np.asarray(z)[~is_noise(problem)], np.asarray(standard).ravel()])
 
 
+@eqx.filter_jit
 def split(
     problem: Problem, w: Array | np.ndarray, z_noise: Array | np.ndarray
 ) -> tuple[Array, Array]:

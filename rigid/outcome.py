@@ -1,25 +1,18 @@
 """What draws of z say: parameters in SI, friction, sensors, predictions beside data."""
 
 import dataclasses
-import os
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from typing import Any
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
 from rigid.correlation import autoregression
-from rigid.friction import Friction, friction, scopes
+from rigid.friction import Friction, friction, in_rows, scopes
 from rigid.likelihood import Piece
-from rigid.problem import Problem, predict
+from rigid.parameters import Parameters
+from rigid.problem import Problem, evaluate, in_batches, predict
 from rigid.search import Found
-
-BATCH = 64
-"""Walkers in one compiled program here; draws are padded up to it."""
 
 LEVELS = (5.0, 25.0, 50.0, 75.0, 95.0)
 
@@ -49,38 +42,14 @@ class Channel:
 
 
 @eqx.filter_jit
-def _evaluate(problem: Problem, z: Array) -> tuple[dict, dict]:
-    """Per-record log-likelihoods and the law of each sensor's gain and zero at z."""
-    found = problem.fitted(z)
-    sensors = {
-        label: jnp.stack([s.best.gain, s.best.zero, s.var_gain, s.covariance, s.var_zero])
-        for label, s in found.sensors.items()
-    }
-    tracks = {problem.groups[g].tracks[t].label: value for (g, t), value in found.tracks.items()}
-    return tracks, sensors
-
-
-def _batched(program: Callable, problem: Problem, z: np.ndarray) -> list[tuple[Any, int]]:
-    """Run a program on z (n, size) in batches of one shape, on all cores.
-
-    Returns what each batch gave, with the number of its rows that count.
-    """
-
-    def one(begin: int) -> tuple[Any, int]:
-        rows = z[begin : begin + BATCH]
-        room = BATCH - len(rows)
-        padded = jnp.asarray(np.pad(rows, ((0, room), (0, 0)), mode="edge"))
-        return jax.tree.map(np.asarray, program(problem, padded)), len(rows)
-
-    begins = range(0, len(z), BATCH)
-    first = one(0)
-    with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
-        return [first, *pool.map(one, begins[1:])]
+def _values(parameters: Parameters, z: Array) -> dict[str, Array]:
+    return parameters.values(z)
 
 
 def values_of(problem: Problem, z: np.ndarray) -> dict[str, np.ndarray]:
-    """Parameters in SI by label, (n,) each, the known ones included."""
-    return {k: np.asarray(v) for k, v in problem.parameters.values(jnp.asarray(z)).items()}
+    """Parameters in SI by label, (n,) each, the known ones included, for z (n, size)."""
+    parts = [_values(problem.parameters, jnp.asarray(rows)) for rows in in_rows(z)]
+    return {k: np.concatenate([np.asarray(p[k]) for p in parts])[: len(z)] for k in parts[0]}
 
 
 def frictions(problem: Problem, values: dict[str, np.ndarray]) -> dict[str, Friction]:
@@ -95,14 +64,14 @@ def evaluations(problem: Problem, z: np.ndarray) -> tuple[dict, dict]:
 
     Returns (n,) by track and (5, n) by sensor: gain, zero, variances and covariance.
     """
-    parts = _batched(_evaluate, problem, z)
+    parts = in_batches(evaluate, problem, z)
+    first = parts[0][0]
     tracks = {
-        label: np.concatenate([np.asarray(p[0][label])[:n] for p, n in parts])
-        for label in parts[0][0][0]
+        label: np.concatenate([p.tracks[label][:n] for p, n in parts]) for label in first.tracks
     }
     sensors = {
-        label: np.concatenate([np.asarray(p[1][label])[:, :n] for p, n in parts], axis=1)
-        for label in parts[0][0][1]
+        label: np.concatenate([p.sensors[label][:, :n] for p, n in parts], axis=1)
+        for label in first.sensors
     }
     return tracks, sensors
 
@@ -128,12 +97,12 @@ def channels(found: Found, z: np.ndarray, seed: int) -> list[Channel]:
     for label, law in laws.items():
         drawn[label][:, 0] = law[:2, 0]
     values = values_of(problem, z)
-    parts = _batched(predict, problem, z)
+    parts = in_batches(predict, problem, z)
     out = []
     for piece in problem.pieces:
         for i, track in enumerate(piece.tracks):
             reading = np.concatenate(
-                [np.asarray(p[piece.group][piece.quantity])[:, track, :n] for p, n in parts], axis=1
+                [p[piece.group][piece.quantity][:, track, :n] for p, n in parts], axis=1
             ).T
             gain, zero = drawn[piece.sensor(i)]
             reading = reading * (1.0 + gain[:, None]) + zero[:, None]
@@ -146,7 +115,7 @@ def _channel(found: Found, piece: Piece, i: int, reading: np.ndarray, noise: tup
     """Make one channel; row 0 of `reading` (draws, samples) is the best fit."""
     track = found.problem.groups[piece.group].tracks[piece.tracks[i]]
     n, step = track.samples, piece.sheet.step
-    data, read = np.asarray(piece.data[:n, i]), np.asarray(piece.weight[:n, i]) > 0
+    data, read = np.asarray(piece.data)[:n, i], np.asarray(piece.weight)[:n, i] > 0
     reading = reading[:, :n]
     sigma, rng = noise
     replicates = reading + sigma[:, None] * rng.standard_normal(reading.shape)

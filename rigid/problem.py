@@ -1,10 +1,12 @@
 """Rig, records, noise and priors put together: predictions and the log-posterior of z."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any, NamedTuple
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
@@ -15,6 +17,19 @@ from rigid.likelihood import Fitted, Piece, fitted
 from rigid.parameters import Parameters
 
 LOG_2PI = 1.8378770664093453
+
+
+class Evaluation(NamedTuple):
+    """What the records say of points of the parameters.
+
+    - `log_posterior` (walkers,): -inf where it is no number. - `tracks`: by label of the track, the
+      log-likelihood (walkers,) of its samples. - `sensors`: by label, (5, walkers): most probable
+      gain and zero, variance of the gain, covariance, variance of the zero.
+    """
+
+    log_posterior: Array
+    tracks: dict[str, Array]
+    sensors: dict[str, Array]
 
 
 class Problem(eqx.Module):
@@ -40,11 +55,23 @@ class Problem(eqx.Module):
         values = self.parameters.values(z)
         return fitted(self.pieces, self.predict(values), values)
 
-    def log_posterior(self, z: Array) -> Array:
-        """Log-posterior density of z (walkers, size), with gains and zeros integrated out."""
+    def evaluate(self, z: Array) -> Evaluation:
+        """Evaluate z (walkers, size), with gains and zeros integrated out of the density."""
+        found = self.fitted(z)
         prior = -0.5 * jnp.sum(z * z, axis=1) - 0.5 * self.parameters.size * LOG_2PI
-        value = self.fitted(z).value + prior
-        return jnp.where(jnp.isfinite(value), value, -jnp.inf)
+        value = found.value + prior
+        return Evaluation(
+            jnp.where(jnp.isfinite(value), value, -jnp.inf),
+            {self.groups[g].tracks[t].label: value for (g, t), value in found.tracks.items()},
+            {
+                label: jnp.stack([s.best.gain, s.best.zero, s.var_gain, s.covariance, s.var_zero])
+                for label, s in found.sensors.items()
+            },
+        )
+
+    def log_posterior(self, z: Array) -> Array:
+        """Log-posterior density of z (walkers, size)."""
+        return self.evaluate(z).log_posterior
 
     @property
     def of_the_rig(self) -> bool:
@@ -63,9 +90,14 @@ class Problem(eqx.Module):
 
 
 @eqx.filter_jit
+def evaluate(problem: Problem, z: Array) -> Evaluation:
+    """`problem.evaluate`, compiled once for all problems of the same shape."""
+    return problem.evaluate(z)
+
+
 def log_posterior(problem: Problem, z: Array) -> Array:
-    """`problem.log_posterior`, compiled once for all problems of the same shape."""
-    return problem.log_posterior(z)
+    """Log-posterior density of z (walkers, size), compiled."""
+    return evaluate(problem, z).log_posterior
 
 
 @eqx.filter_jit
@@ -79,15 +111,26 @@ def walkers(problem: Problem) -> int:
     return max(64, 32 * -(-5 * problem.parameters.size // 64))
 
 
-def log_density(problem: Problem, z: np.ndarray) -> np.ndarray:
-    """Log-posterior of z (n, size), half an ensemble at a time: one program does for all."""
+def in_batches(
+    program: Callable[[Problem, Array], Any], problem: Problem, z: np.ndarray
+) -> list[tuple[Any, int]]:
+    """Run a program on z (n, size), half an ensemble at a time: one shape does for all.
+
+    All cores take part. Returns what each batch gave, in NumPy, with the number of its rows that
+    count.
+    """
     size = walkers(problem) // 2
 
-    def half(begin: int) -> np.ndarray:
+    def one(begin: int) -> tuple[Any, int]:
         rows = z[begin : begin + size]
         padded = np.pad(rows, ((0, size - len(rows)), (0, 0)), mode="edge")
-        return np.asarray(log_posterior(problem, jnp.asarray(padded)))[: len(rows)]
+        return jax.tree.map(np.asarray, program(problem, jnp.asarray(padded))), len(rows)
 
-    first = half(0)
+    first = one(0)
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
-        return np.concatenate([first, *pool.map(half, range(size, len(z), size))])
+        return [first, *pool.map(one, range(size, len(z), size))]
+
+
+def log_density(problem: Problem, z: np.ndarray) -> np.ndarray:
+    """Log-posterior of z (n, size)."""
+    return np.concatenate([values[:n] for values, n in in_batches(log_posterior, problem, z)])

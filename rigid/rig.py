@@ -108,6 +108,7 @@ class Rig(eqx.Module):
         """Return what each effect does."""
         return [e(state, own) for e, own in zip(self.effects, self.own(flat), strict=True)]
 
+    @eqx.filter_jit
     def motion(
         self, flat: Array | tuple, outside: Surroundings, column: Array | None = None
     ) -> Motion:
@@ -119,6 +120,7 @@ class Rig(eqx.Module):
         """
         state = self.state(flat, column, outside)
         actions = self.actions(flat, state)
+        inflow, compliance = self._oil(actions, state)
         between = self.area * state.pressure + sum(a.between for a in actions)
         load = sum(a.load_cell for a in actions)
         external = (
@@ -127,9 +129,7 @@ class Rig(eqx.Module):
             + sum(a.on_plunger for a in actions)
         )
         held = load + sum(a.on_cylinder for a in actions)
-        inflow = outside.flow_fraction * sum(a.inflow for a in actions)
         filling = inflow - sum(a.leakage for a in actions)
-        compliance = self.area * state.column * sum(a.compliance for a in actions)
         rates = (
             state.v_cylinder,
             (held - between) / self.cylinder_mass,
@@ -145,6 +145,18 @@ class Rig(eqx.Module):
             load,
             Distortion(*(sum(parts) for parts in zip(*distortions, strict=True))),
         )
+
+    @eqx.filter_jit
+    def flow(self, flat: Array | tuple, outside: Surroundings, column: Array) -> Array:
+        """Return what the oil that the valve passes adds to the rate of pressure [Pa/s]."""
+        state = self.state(flat, column, outside)
+        inflow, compliance = self._oil(self.actions(flat, state), state)
+        return inflow / compliance
+
+    def _oil(self, actions: list[Action], state: State) -> tuple[Array | float, Array]:
+        """Flow that the valve passes [m^3/s], and oil that a pascal more takes in [m^3/Pa]."""
+        inflow = state.flow_fraction * sum(a.inflow for a in actions)
+        return inflow, self.area * state.column * sum(a.compliance for a in actions)
 
     def delays(self) -> dict[str, Array]:
         """By how much [s] the time stamps of each quantity lag, for those that do."""

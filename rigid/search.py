@@ -17,10 +17,9 @@ from jax import Array
 
 from rigid.correlation import Autoregression, autoregression
 from rigid.errors import InputError
-from rigid.likelihood import fitted
 from rigid.newton import descend, is_noise, joined, split
 from rigid.noise import sample_law
-from rigid.problem import Problem, log_density
+from rigid.problem import Problem, evaluate, in_batches, log_density, predict
 
 KEEP_WITHIN = 40.0
 """Optima that lie further below the best in log-posterior have a weight below 1e-17."""
@@ -64,6 +63,16 @@ class Found:
     correlation: dict[tuple[int, str, int], Autoregression]
     starts: int
     levels: np.ndarray
+
+
+def compile_programs(problem: Problem) -> None:
+    """Have the two large programs of a fit compiled side by side; neither fills the cores alone."""
+    z, z_noise, zero = _starts(problem, 1, 0)
+    nowhere = np.full_like(joined(problem, z[0], zero), np.nan)  # the solver ends there at once
+    with ThreadPoolExecutor() as pool:
+        density = pool.submit(log_density, problem, z)
+        descend(problem, nowhere, z_noise)
+        density.result()
 
 
 def settled(
@@ -218,19 +227,24 @@ def fit_noise(problem: Problem, z: np.ndarray) -> np.ndarray:
     return z
 
 
-@eqx.filter_jit
-def scores(problem: Problem, z: Array) -> list[Array]:
+def scores(problem: Problem, z: np.ndarray) -> list[np.ndarray]:
     """Slope of every sample's log-likelihood by its expected reading at z (size,), by piece."""
+    [(predictions, _)] = in_batches(predict, problem, z[None])
+    [(found, _)] = in_batches(evaluate, problem, z[None])
+    read = [{name: series[..., :1] for name, series in group.items()} for group in predictions]
+    sensors = {label: law[:2, :1] for label, law in found.sensors.items()}
+    return [np.asarray(s) for s in _slopes(problem, read, sensors, jnp.asarray(z))]
+
+
+@eqx.filter_jit
+def _slopes(problem: Problem, predictions: list, sensors: dict, z: Array) -> list[Array]:
+    """Slopes given the readings of one walker and its sensors' gains and zeros (2, 1)."""
     values = problem.parameters.values(z[None])
-    predictions = problem.predict(values)
-    sensors = fitted(problem.pieces, predictions, values).sensors
     out = []
     for piece in problem.pieces:
         m, sigma = piece.reading(predictions), piece.sigma(values)
-        best = [sensors[piece.sensor(i)].best for i in range(len(piece.tracks))]
-        gain = jnp.stack([b.gain for b in best])
-        zero = jnp.stack([b.zero for b in best])
-        r = piece.data[..., None] - (1.0 + gain) * m - zero
+        best = jnp.stack([sensors[piece.sensor(i)] for i in range(len(piece.tracks))])
+        r = piece.data[..., None] - (1.0 + best[:, 0]) * m - best[:, 1]
         out.append(sample_law(sigma, piece.sheet.step, piece.sheet.noise)(r).slope[..., 0])
     return out
 
@@ -240,10 +254,10 @@ def score_correlation(
 ) -> dict[tuple[int, str, int], Autoregression]:
     """Autoregression of the scores of every channel at z, by (group, quantity, track)."""
     out = {}
-    for piece, score in zip(problem.pieces, scores(problem, jnp.asarray(z)), strict=True):
+    for piece, score in zip(problem.pieces, scores(problem, z), strict=True):
         for i, track in enumerate(piece.tracks):
             out[piece.group, piece.quantity, track] = autoregression(
-                np.asarray(score[:, i]), np.asarray(piece.weight[:, i]) > 0
+                score[:, i], np.asarray(piece.weight)[:, i] > 0
             )
     return out
 

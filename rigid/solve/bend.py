@@ -26,12 +26,7 @@ Flow = Callable[[Array], Array]
 
 def flow_at(rig: Rig, flat: Array, outside: Surroundings, column: Array) -> Flow:
     """Return the flow as a function of the pressure alone, all else as in a flat state."""
-
-    def rate(pressure: Array, outside: Surroundings) -> Array:
-        return rig.motion(flat.at[4].set(pressure), outside, column).rates[4]
-
-    shut = outside._replace(flow_fraction=0.0)
-    return lambda pressure: rate(pressure, outside) - rate(pressure, shut)
+    return lambda pressure: rig.flow(flat.at[4].set(pressure), outside, column)
 
 
 def bends(flow: Flow, pressure: Array, rate: Array, length: float) -> Array:
