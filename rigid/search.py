@@ -118,7 +118,14 @@ def search(
 
     - `report(done)` is called after each start.
     """
-    first, z_noise, zero = _starts(problem, starts, seed)
+    return search_from(problem, _starts(problem, starts, seed)[0], report)
+
+
+def search_from(
+    problem: Problem, first: np.ndarray, report: Callable[[int], None] = lambda _: None
+) -> Found:
+    """Find the modes of the posterior that points z (starts, size) lead to."""
+    _, z_noise, zero = _starts(problem, 1, 0)
 
     def run(z: np.ndarray) -> tuple[np.ndarray, float]:
         end, there = descend(problem, joined(problem, z, zero), z_noise)

@@ -13,6 +13,9 @@ The posterior is that of the command, from fewer starts; it is summed over weigh
 law around its modes (importance.py), until they are worth 500 independent ones. Where
 that law does not fit (Pareto shape above 0.7) or with `--chain`, the command's sampler draws.
 Beside it stands the rank in the Gaussian law around the best fit; `--gaussian` gives that alone.
+`--from-truth` begins the search at what made the campaign, where draws of the prior would take a
+hundred slow steps to the same optimum; that they do is for `--first` and `--campaigns` to show on
+some.
 """
 
 import argparse
@@ -48,6 +51,7 @@ def options() -> argparse.Namespace:
     parser.add_argument("--gaussian", action="store_true", help="that of the best fit alone")
     parser.add_argument("--wide-friction", action="store_true", help="friction from the prior")
     parser.add_argument("--starts", type=int, default=STARTS, help="of the search")
+    parser.add_argument("--from-truth", action="store_true", help="one start, at the truth")
     parser.add_argument("--first", type=int, default=0, help="campaign to begin with")
     parser.add_argument("--table", action="store_true", help="of all on file, fitting none")
     parser.add_argument("--part", default="0/1", help="K/N: every N-th campaign from the K-th on")
@@ -94,7 +98,7 @@ def one_campaign(seed: int, args: argparse.Namespace) -> list[dict]:
     from rigid.generator.campaign import Conditions, campaign
     from rigid.outcome import channels, overall_gap
     from rigid.records.read import read_records
-    from rigid.search import search
+    from rigid.search import search, search_from
     from rigid.spec import load_spec
 
     with tempfile.TemporaryDirectory() as folder:
@@ -109,10 +113,13 @@ def one_campaign(seed: int, args: argparse.Namespace) -> list[dict]:
             sys.stderr.write(f"campaign of seed {seed} is refused: {refusal}\n")
             return [dict.fromkeys(COLUMNS, "") | {"seed": seed, "quantity": REFUSED}]
         problem = assemble(spec, records)
-    found = search(problem, args.starts, seed)
+    known, rng = truth.parameters(), np.random.default_rng([seed, 1])
+    if args.from_truth:
+        found = search_from(problem, standard(problem, known)[None])
+    else:
+        found = search(problem, args.starts, seed)
     if args.halve_noise:
         found = search(halved(found), args.starts, seed)
-    known, rng = truth.parameters(), np.random.default_rng([seed, 1])
     gauss = Drawn(gaussian(found.optima[0], rng, BATCH), np.ones(BATCH), True)
     drawn = gauss
     if not args.gaussian:
@@ -131,6 +138,19 @@ def one_campaign(seed: int, args: argparse.Namespace) -> list[dict]:
         }
         for name, (true, rank) in ranks.items()
     ]  # fmt: skip
+
+
+def standard(problem, known: dict[str, float]):
+    """The vector z (size,) at known values."""
+    import numpy as np
+
+    grid = np.linspace(-6.0, 6.0, 2401)  # far finer than a posterior's width, which is all it takes
+    z = []
+    for parameter in problem.parameters.sampled:
+        values = np.asarray(parameter.law.from_standard(grid))
+        order = np.argsort(values)
+        z.append(np.interp(known.get(parameter.label, values[1200]), values[order], grid[order]))
+    return np.array(z)
 
 
 def gaussian(optimum, rng, count):
@@ -253,6 +273,8 @@ def main() -> int:
     name += "-gaussian" if args.gaussian else "-fitted"
     if args.wide_friction:
         name += "-wide"
+    if args.from_truth:
+        name += "-from-truth"
     if args.noise_correlation:
         name += f"-correlation-{args.noise_correlation:g}"
     args.out.mkdir(parents=True, exist_ok=True)
