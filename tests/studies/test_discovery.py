@@ -8,6 +8,7 @@ from pathlib import Path
 import discovery
 import numpy as np
 import pytest
+from discovery_bars import coverage
 from discovery_cases import FIRST_SEED, NAMES, Case, cases, edited, left
 from discovery_page import page
 from discovery_scores import (
@@ -160,6 +161,21 @@ def test_the_page_counts_what_it_says():
     assert "1 refused" in text
     assert "72 of 100 campaigns" in text
     assert page([], STORED, 100, "standard")  # nothing yet
+
+
+def test_intervals_are_counted_apart_where_a_cause_stays_hidden():
+    drift = Case(0, "single", ("load-cell-drift",), 5.0)
+    whole = row(drift, named("load-cell-drift")) | _ranked(0.5, 0.5)
+    missed = row(drift, NONE) | _ranked(0.99, 0.99)
+    mistaken = row(drift, named("clock-offset")) | _ranked(0.99, 0.5)
+    quiet = row(Case(0, "clean"), NONE) | _ranked(0.01, 0.01)
+    text = coverage([whole, missed, mistaken, quiet])
+    assert "| k_LC | 1 of 2 | 50.0 % |" in text
+    assert "| 1 of 2 | 0 of 2 |" in text
+
+
+def _ranked(after: float, before: float) -> dict:
+    return {"beside": {"rank_after": {"k_LC": after}, "rank_before": {"k_LC": before}}}
 
 
 def test_it_goes_on_where_it_stopped(tmp_path, monkeypatch):
