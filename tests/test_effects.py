@@ -18,6 +18,8 @@ from rigid.sensors import readings
 FRICTIONLESS = tuple(name for name in BASE if name != "viscous-friction")
 OUTSIDE = Surroundings(1e7, -3e4, 0.4, 1.0)
 STATES = np.random.default_rng(5).standard_normal((6, len(CORE_SCALES))) * CORE_SCALES
+ROUNDED = 1e-12
+"""Of one rig's numbers from two programs: a sum rounds at 2e-16 of its largest term."""
 # Energy in the effect's own states, so that what it gives back later is not taken for a source.
 STORED: dict[str, Callable] = {
     "frequency-dependent-friction": lambda effect, own: sum(
@@ -102,10 +104,11 @@ def changes_nothing_where_absent(effect: type[AbstractEffect]):
         core = flat[:n]
         got = told(values, with_it(effect.name), flat)
         expected = told(values, without(effect.name), core)
-        np.testing.assert_array_equal(np.delete(got, np.s_[n : len(flat)]), expected)
+        # two programs: a compiler may fuse a product and a sum in one of them and not in the other
+        np.testing.assert_allclose(np.delete(got, np.s_[n : len(flat)]), expected, ROUNDED)
         if np.any(got[n : len(flat)]):  # states that move on by themselves must not be felt
             moved = told(values, with_it(effect.name), flat.at[n:].set(jnp.asarray(effect.scales)))
-            np.testing.assert_array_equal(np.delete(moved, np.s_[n : len(flat)]), expected)
+            np.testing.assert_allclose(np.delete(moved, np.s_[n : len(flat)]), expected, ROUNDED)
 
 
 def is_finite_and_differentiable_over_its_prior(effect: type[AbstractEffect]):

@@ -55,7 +55,7 @@ def _row(bench: Bench, name: str, problem: Problem) -> Row:
     values = log_density(problem, few)
     off, own_off = np.abs(values - tight), np.abs(theirs - tight)
     row = ratio_row(
-        (f"the same with {name} friction", "SciPy LSODA (`odeint`)"),
+        (f"joint log-posterior with {name} friction", "SciPy LSODA (`odeint`)"),
         seconds / ours.per_walker,
         BAR,
         f"rigid {1e3 * ours.per_walker:.3g} ms a walker, both cores; LSODA {1e3 * seconds:.4g} ms; "

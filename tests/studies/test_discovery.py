@@ -171,7 +171,7 @@ def test_intervals_are_counted_apart_where_a_cause_stays_hidden():
     quiet = row(Case(0, "clean"), NONE) | _ranked(0.01, 0.01)
     text = coverage([whole, missed, mistaken, quiet])
     assert "| k_LC | 1 of 2 | 50.0 % |" in text
-    assert "| 1 of 2 | 0 of 2 |" in text
+    assert "| 0 of 2 | 1 of 2 |" in text
 
 
 def _ranked(after: float, before: float) -> dict:
