@@ -44,7 +44,7 @@ class Candidate:
         return value if self.level is None else self.absent + value * self.level
 
 
-LEVELS = (-1.5, -0.5, 0.5, 1.5)
+LEVELS = (-1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5)
 """Quantiles of an amplitude's prior, on the standard normal scale, up to which records are
 compared where an effect does not grow in proportion."""
 

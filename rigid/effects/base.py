@@ -41,6 +41,15 @@ def lognormal(median: float, factor: float) -> PriorDescription:
     return PriorDescription("lognormal", {"median": median, "factor": factor})
 
 
+def any_size(usual: float) -> PriorDescription:
+    """Describe the prior of something whose order of magnitude is not known: one sd is a decade.
+
+    - `usual`: what rigs of its kind have where it matters to them, one sd above the median. Records
+      may show a hundredth of that, and a prior that forbids it makes them name something else.
+    """
+    return lognormal(usual / 10.0, 10.0)
+
+
 def normal(mean: float, sd: float) -> PriorDescription:
     """Describe a Gaussian prior."""
     return PriorDescription("normal", {"mean": mean, "sd": sd})

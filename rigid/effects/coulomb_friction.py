@@ -4,7 +4,7 @@ from typing import ClassVar
 
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, lognormal, parameter
+from rigid.effects.base import AbstractEffect, Action, State, any_size, parameter
 from rigid.effects.bristle import share_rate
 
 
@@ -16,7 +16,7 @@ class CoulombFriction(AbstractEffect):
     pressure-dependent friction at one load; a return spring while the plunger only goes out.
     """
 
-    force: Array = parameter("F_C", r"F_\mathrm{C}", "N", lognormal(500.0, 4.0), absent=0.0)
+    force: Array = parameter("F_C", r"F_\mathrm{C}", "N", any_size(500.0), absent=0.0)
 
     name: ClassVar[str] = "coulomb-friction"
     equation: ClassVar[str] = "plunger-momentum"

@@ -5,7 +5,7 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, lognormal, parameter
+from rigid.effects.base import AbstractEffect, Action, State, any_size, parameter
 
 ATMOSPHERE = 101325.0  # Pa
 FLOOR = 1e4
@@ -29,7 +29,7 @@ class EntrainedAir(AbstractEffect):
     """
 
     fraction: Array = parameter(
-        "air_fraction", r"\alpha_\mathrm{a}", "1", lognormal(2e-3, 3.0), absent=0.0
+        "air_fraction", r"\alpha_\mathrm{a}", "1", any_size(2e-3), absent=0.0
     )
 
     name: ClassVar[str] = "entrained-air"

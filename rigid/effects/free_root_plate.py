@@ -4,7 +4,7 @@ from typing import ClassVar
 
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, Seen, State, lognormal, parameter
+from rigid.effects.base import AbstractEffect, Action, Seen, State, any_size, parameter
 
 
 class FreeRootPlate(AbstractEffect):
@@ -21,14 +21,14 @@ class FreeRootPlate(AbstractEffect):
     """
 
     inverse_mass: Array = parameter(
-        "inverse_M_root", r"1/M_\mathrm{RP}", "1/kg", lognormal(1.0 / 175.0, 2.0), absent=0.0
+        "inverse_M_root", r"1/M_\mathrm{RP}", "1/kg", any_size(1.0 / 175.0), absent=0.0
     )
 
     name: ClassVar[str] = "free-root-plate"
     equation: ClassVar[str] = "root"
     source: ClassVar[str] = (
         "Newton's third law on F_LC, eq. (2), whose root plate RP the paper assumes fixed, though "
-        "the rig hangs during a release; the median of 175 kg is a guess near the other plate"
+        "the rig hangs during a release; the usual 175 kg is a guess near the other plate"
     )
     steady: ClassVar[bool] = True
     scales: ClassVar[tuple[float, ...]] = (1e-4, 1e-1)

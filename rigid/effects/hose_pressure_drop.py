@@ -4,15 +4,7 @@ from typing import ClassVar
 
 from jax import Array
 
-from rigid.effects.base import (
-    AbstractEffect,
-    Action,
-    Distortion,
-    Seen,
-    State,
-    lognormal,
-    parameter,
-)
+from rigid.effects.base import AbstractEffect, Action, Distortion, Seen, State, any_size, parameter
 
 
 class HosePressureDrop(AbstractEffect):
@@ -30,9 +22,7 @@ class HosePressureDrop(AbstractEffect):
     zero while the valve is open.
     """
 
-    resistance: Array = parameter(
-        "R_hose", r"R_\mathrm{h}", "Pa s/m^3", lognormal(5e9, 4.0), absent=0.0
-    )
+    resistance: Array = parameter("R_hose", r"R_\mathrm{h}", "Pa s/m^3", any_size(5e9), absent=0.0)
 
     name: ClassVar[str] = "hose-pressure-drop"
     equation: ClassVar[str] = "sensor"

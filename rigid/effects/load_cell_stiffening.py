@@ -5,7 +5,7 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, lognormal, parameter
+from rigid.effects.base import AbstractEffect, Action, State, any_size, parameter
 
 
 class LoadCellStiffening(AbstractEffect):
@@ -13,7 +13,7 @@ class LoadCellStiffening(AbstractEffect):
 
     k' is how much the tangent stiffness k_LC + k' |u| grows per length of deflection, beside
     k_LC at no load. It is positive: contacts and hinges close under load. 60 kN press the end in
-    by 1 mm, where the prior's median makes it a tenth stiffer.
+    by 1 mm, where a usual k' (one sd above the prior's median) makes it a tenth stiffer.
 
     Signature: load against stroke in a frame bends upward, loading and unloading alike, with
     pressure and load together; load and pressure rise the faster the higher they are.
@@ -21,9 +21,7 @@ class LoadCellStiffening(AbstractEffect):
     entrained air at low load, k_LC itself where all records reach the same load.
     """
 
-    growth: Array = parameter(
-        "k_stiffening", r"k'_\mathrm{LC}", "N/m^2", lognormal(6e9, 4.0), absent=0.0
-    )
+    growth: Array = parameter("k_stiffening", r"k'_\mathrm{LC}", "N/m^2", any_size(6e9), absent=0.0)
 
     name: ClassVar[str] = "load-cell-stiffening"
     equation: ClassVar[str] = "load-cell"

@@ -4,7 +4,7 @@ from typing import ClassVar
 
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, lognormal, parameter
+from rigid.effects.base import AbstractEffect, Action, State, any_size, parameter
 
 
 class PistonLeakage(AbstractEffect):
@@ -18,7 +18,7 @@ class PistonLeakage(AbstractEffect):
     """
 
     conductance: Array = parameter(
-        "C_leak", r"C_\mathrm{leak}", "m^3/(s Pa)", lognormal(3e-15, 5.0), absent=0.0
+        "C_leak", r"C_\mathrm{leak}", "m^3/(s Pa)", any_size(3e-15), absent=0.0
     )
 
     name: ClassVar[str] = "piston-leakage"

@@ -5,7 +5,7 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, lognormal, parameter
+from rigid.effects.base import AbstractEffect, Action, State, any_size, parameter
 from rigid.effects.bristle import share_rate
 
 LEAST_PRESSURE = 1e4
@@ -30,9 +30,7 @@ class PressureDependentFriction(AbstractEffect):
     Coulomb friction at one load.
     """
 
-    coefficient: Array = parameter(
-        "c_seal", r"c_\mathrm{s}", "m^2", lognormal(5e-5, 4.0), absent=0.0
-    )
+    coefficient: Array = parameter("c_seal", r"c_\mathrm{s}", "m^2", any_size(5e-5), absent=0.0)
 
     name: ClassVar[str] = "pressure-dependent-friction"
     equation: ClassVar[str] = "plunger-momentum"

@@ -6,7 +6,15 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, lognormal, parameter, uniform
+from rigid.effects.base import (
+    AbstractEffect,
+    Action,
+    State,
+    any_size,
+    lognormal,
+    parameter,
+    uniform,
+)
 from rigid.effects.pump_curve import HALF_DROP, MEAN_FLOW
 
 
@@ -23,7 +31,7 @@ class PumpRipple(AbstractEffect):
     A line above half the sampling frequency appears at its alias.
     """
 
-    amplitude: Array = parameter("ripple", r"a_\mathrm{r}", "1", lognormal(0.03, 3.0), absent=0.0)
+    amplitude: Array = parameter("ripple", r"a_\mathrm{r}", "1", any_size(0.03), absent=0.0)
     frequency: Array = parameter("f_ripple", r"f_\mathrm{r}", "Hz", lognormal(8.0, 2.0))
     phase: Array = parameter(
         "phase_ripple", r"\varphi_\mathrm{r}", "rad", uniform(-math.pi, math.pi)

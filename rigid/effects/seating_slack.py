@@ -5,15 +5,15 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, lognormal, parameter
+from rigid.effects.base import AbstractEffect, Action, State, any_size, parameter
 
-TOE = 5e-5
-"""Length [m] over which a seat without slack would close: a quarter of a step of the stroke sensor.
-It keeps the force a function with a slope also where the slack is 0."""
+TOE = 5e-6
+"""Length [m] over which a seat without slack would close, a part of what a pump that feeds a frame
+moves the plunger between two samples. It gives the force a slope also where the slack is 0."""
 
 
 class SeatingSlack(AbstractEffect):
-    """The frame takes k_frame (x - s tanh(x/(s + e))), x the plunger's displacement, e = 0.05 mm.
+    """The frame takes k_frame (x - s tanh(x/(s + e))), x the plunger's displacement, e = 5 um.
 
     The frame's stiffness grows from nearly nothing to k_frame over a toe of about the slack s, and
     the force is as if the frame stood back by s from there on. At s = 0 it is k_frame x.
@@ -25,7 +25,7 @@ class SeatingSlack(AbstractEffect):
     the foot is past.
     """
 
-    slack: Array = parameter("slack", r"s", "m", lognormal(3e-4, 3.0), absent=0.0)
+    slack: Array = parameter("slack", r"s", "m", any_size(3e-4), absent=0.0)
 
     name: ClassVar[str] = "seating-slack"
     equation: ClassVar[str] = "contact"

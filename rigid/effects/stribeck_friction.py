@@ -4,7 +4,7 @@ from typing import ClassVar
 
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, lognormal, parameter
+from rigid.effects.base import AbstractEffect, Action, State, any_size, lognormal, parameter
 from rigid.effects.bristle import share_rate, stribeck_limit
 
 
@@ -15,7 +15,7 @@ class StribeckFriction(AbstractEffect):
     Siblings: Coulomb friction, which it is where no record is slow enough; friction of bristles.
     """
 
-    force: Array = parameter("F_C", r"F_\mathrm{C}", "N", lognormal(500.0, 4.0), absent=0.0)
+    force: Array = parameter("F_C", r"F_\mathrm{C}", "N", any_size(500.0), absent=0.0)
     excess: Array = parameter("stribeck_excess", r"e_\mathrm{S}", "1", lognormal(0.5, 2.0))
     speed: Array = parameter("v_stribeck", r"v_\mathrm{S}", "m/s", lognormal(2e-3, 2.0))
 

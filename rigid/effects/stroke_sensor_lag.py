@@ -5,15 +5,7 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import (
-    AbstractEffect,
-    Action,
-    Distortion,
-    Seen,
-    State,
-    lognormal,
-    parameter,
-)
+from rigid.effects.base import AbstractEffect, Action, Distortion, Seen, State, any_size, parameter
 
 QUICKEST = 1e-3
 """Time [s] on which the filter works where nothing lags: a tenth of a sampling interval."""
@@ -31,9 +23,7 @@ class StrokeSensorLag(AbstractEffect):
     in a lag, sharp in an offset), the stroke's zero in a free run at one speed.
     """
 
-    time: Array = parameter(
-        "tau_stroke", r"\tau_\mathrm{SS}", "s", lognormal(0.03, 2.5), absent=0.0
-    )
+    time: Array = parameter("tau_stroke", r"\tau_\mathrm{SS}", "s", any_size(0.03), absent=0.0)
 
     name: ClassVar[str] = "stroke-sensor-lag"
     equation: ClassVar[str] = "sensor"

@@ -16,8 +16,9 @@ from rigid.generator.draw import SENSORS, Secret, stream
 from rigid.generator.hidden import CATALOGUED, OUTSIDE, Hidden, hide
 from rigid.generator.strength import at_strength, ground
 
-FIRST_SEED = 910_000
-"""Those from 900_000 on were looked at before pairs of effects were weighed."""
+FIRST_SEED = 930_000
+"""Those from 900_000 on were looked at before pairs of effects were weighed, those from 910_000 on
+before weak effects had a place in their priors and a fit that stalls renewed its slopes."""
 CLOCK = 1
 IN_BASE = "frequency-dependent-friction"
 """In the model of calibration.toml from the start, so that it cannot be missing there."""
