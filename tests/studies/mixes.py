@@ -5,7 +5,9 @@
 Samples three campaigns with every mix and from both laws: the reference campaign, the same with a
 constant coefficient (a model that misses something), and a campaign of the generator whose friction
 is drawn as widely as the fit's own priors allow. Each run has the same likelihood, seed and number
-of steps. Writes OUT.jsonl, a line a run, and OUT.md; resumable. Run it on an idle machine.
+of steps. Writes OUT.jsonl, a line a run, and OUT.md; resumable. The comparison is by effective
+samples an evaluation, which other work on the machine does not change; evaluations are nearly all
+that a chain's seconds go to.
 """
 
 import argparse
@@ -127,7 +129,10 @@ def measured(run: Run, found: Found) -> dict:
 
 def page(rows: list[dict]) -> str:
     """The table, one campaign after the other."""
-    head = "| moves | begun from | least ESS | R-hat | accepted | ESS a second | to the command's |"
+    head = (
+        "| moves | begun from | least ESS | R-hat | accepted | ESS a second "
+        "| ESS a thousand evaluations | to the command's |"
+    )
     out = [
         "# Which moves, and where to begin",
         "",
@@ -135,22 +140,24 @@ def page(rows: list[dict]) -> str:
         f"{', '.join(sorted({r['commit'] for r in rows}))}.",
         "",
         f"{ENSEMBLES} ensembles, {STEPS} steps, the first quarter dropped; the least effective",
-        "sample size of any parameter over the seconds that the chain took. All of it is simulated",
-        "data. An R-hat far above 1 means that the figure before it is too high.",
+        "sample size of any parameter; seconds are those of the chain, the last column compares by",
+        "evaluations. All of it is simulated data. An R-hat far above 1 means that the effective",
+        "sample size before it is too high.",
     ]
     for campaign in dict.fromkeys(r["case"]["campaign"] for r in rows):
         mine = [r for r in rows if r["case"]["campaign"] == campaign]
-        speed = {Run(**r["case"]): r["ess"] / r["seconds"] for r in mine}
-        own = next((v for run, v in speed.items() if run[2:] == (CHOSEN, LAWS[1])), np.nan)
+        yields = {Run(**r["case"]): 1e3 * r["ess"] / r["evaluations"] for r in mine}
+        own = next((v for run, v in yields.items() if run[2:] == (CHOSEN, LAWS[1])), np.nan)
         shape = mine[0]["pareto_k"]
         out += ["", f"## {campaign.capitalize()}", ""]
         out += [f"Pareto shape of the fitted law's weights: {shape:.2f}.", "", head]
-        out += ["|" + "---|" * 7]
+        out += ["|" + "---|" * 8]
         for row in mine:
             run = Run(**row["case"])
             out.append(
                 f"| {run.mix} | {run.law} | {row['ess']:.0f} | {row['r_hat']:.3f} | "
-                f"{100 * row['acceptance']:.0f} % | {speed[run]:.1f} | {speed[run] / own:.2f} |"
+                f"{100 * row['acceptance']:.0f} % | {row['ess'] / row['seconds']:.1f} | "
+                f"{yields[run]:.1f} | {yields[run] / own:.2f} |"
             )
     return "\n".join(out) + "\n"
 
