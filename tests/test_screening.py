@@ -14,9 +14,9 @@ from rigid.discovery.evidence import Bundle, amplitudes, log_bayes
 from rigid.discovery.families import Family, families, quiet_values, sweep
 from rigid.discovery.formula import simplest
 from rigid.discovery.hidden import HiddenDrag
-from rigid.discovery.hypothesis import Hypothesis, start
+from rigid.discovery.hypothesis import Hypothesis, start, widened
 from rigid.discovery.judging import left_out, place, units
-from rigid.discovery.local import Local, expand, refined, with_weights
+from rigid.discovery.local import CLOSE, Local, expand, refined, with_weights
 from rigid.discovery.samples import data_of, lay_out
 from rigid.discovery.screening import Around, Screening, gram, screen
 from rigid.discovery.traces import lanes_of, traces
@@ -227,6 +227,22 @@ def test_differences_are_derivatives(listed, monkeypatch):
     again = expand(local.hypothesis, where, local.w, local.z_noise)
     off = np.linalg.norm((again.design - local.design) / local.layout.floor[:, None], axis=0)
     assert off.max() < 0.1
+
+
+def test_a_fit_that_stalls_on_old_slopes_renews_them():
+    """Slopes kept from another model may lead downhill; the optimum is then still found."""
+    local, programs = fitted(campaign(300, load_drift=20.0))
+    effect = CATALOGUE["load-cell-drift"]
+    where = programs[0], local.layout
+    extended = Hypothesis(local.layout.problem).plus(effect)
+    away = widened(local.w, len(local.layout.problem.sensors), [0.1])
+    away[0] += 0.05
+    misled = local.design * np.where(np.arange(local.design.shape[1]) == 0, -1.0, 1.0)
+    ends = [
+        refined(expand(extended, where, away, local.z_noise, known), known is not None).value
+        for known in (None, misled)
+    ]
+    assert ends[1] == pytest.approx(ends[0], abs=2.0 * CLOSE)
 
 
 def test_products_are_those_of_all_samples_whatever_is_left_out():
