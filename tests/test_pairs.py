@@ -114,3 +114,25 @@ def test_of_effects_with_one_trace_one_fit_stands_for_all():
         LAWS[1][0]: pytest.approx(-1.5),
         LAWS[2][0]: 0,
     }
+
+
+@pytest.mark.parametrize(("cosine", "share"), [(0.0, 1.0), (0.999, 0.0)])
+def test_a_pair_takes_over_from_full_fits_what_each_effect_explains_of_its_own(cosine, share):
+    known = information(cosine)
+    both = 5.0 * share * np.array([0.0, 1.0, 0.0])
+    left = explained(known @ (np.array([5.0, 0.0, 0.0]) + both), known)
+    before = pairs(left)
+    after = before.corrected(left.effects, {LAWS[0][0]: 100.0, LAWS[1][0]: 40.0})
+    change = after.log_bayes[0, 1] - before.log_bayes[0, 1]
+    assert change == pytest.approx(100.0 + 40.0 * share, abs=1.0)
+    assert after.log_bayes[1, 0] == after.log_bayes[0, 1]
+    np.testing.assert_allclose(after.log_bayes[:2, 2] - before.log_bayes[:2, 2], [100.0, 40.0])
+
+
+def test_a_pair_counts_for_what_is_surely_missing_first():
+    """The first two have one trace and share what speaks for it; the third is weaker but apart."""
+    known = information(0.999)
+    left = explained(known @ np.array([6.0, 0.0, 1.0]), known)
+    first, twin, apart = (odds(left, both=pairs(left)).probability[name] for name, _ in LAWS)
+    assert first + twin > 0.95
+    assert apart < 0.05

@@ -24,6 +24,9 @@ PRIOR_NOTHING, PRIOR_UNNAMED = 0.5, 0.1
 SIMULATED = 1000
 """Draws of campaigns in which nothing is missing, for the p-value."""
 
+ALIKE = 0.98
+"""Effects whose traces have this cosine explain the same, and take each other's place."""
+
 Z_GRID = np.linspace(-8.0, 8.0, 49)
 SIZES, LEAST_SIZE = 48, 1e-4
 """Sizes of traces at which a law's curve is worked out; the least, over the greatest."""
@@ -60,6 +63,11 @@ class Explained:
     def unnamed(self) -> float:
         """Log Bayes factor of something hidden, averaged over all that was tried."""
         return float(_mean(self.bundle))
+
+    def alike(self, name: str) -> tuple[str, ...]:
+        """Effects whose trace is that of an effect, itself among them."""
+        cosines, at = self.screening.cosines, self.best_of(name)
+        return tuple(n for n in self.effects if abs(cosines[at, self.best_of(n)]) > ALIKE)
 
     def best_of(self, name: str) -> int:
         """Number of the candidate of an effect that explains most."""

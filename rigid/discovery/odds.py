@@ -1,6 +1,7 @@
 """How probable each explanation is: nothing, an effect alone or with another, something unnamed."""
 
 import dataclasses
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -12,13 +13,17 @@ PRIOR_PAIRS = 0.05
 """What one would bet on two effects at once, before any record, shared evenly by all pairs; it is
 taken from the single ones."""
 
+AS_SURE = math.log(3.0)
+"""Two effects are as sure to be missing where their odds are within this."""
+
 
 @dataclasses.dataclass(frozen=True)
 class Odds:
     """What the records say of each explanation.
 
     - `probability`: of nothing, of each effect as the next to add, of something unnamed; sums to 1.
-      A pair counts for that of its two effects for which more speaks.
+      A pair counts for that of its two effects which is the surer to be missing, whichever of the
+      effects with its trace it is; of two as sure, for the one that explains more alone.
     - `evidence`: log of what speaks for each effect, alone or with another, against nothing, as a
       Bayes factor is.
     """
@@ -47,12 +52,15 @@ def odds(
     shared = dict.fromkeys(names, -np.inf)
     inclusion = dict(logs)
     if both is not None and len(names) > 1:
-        table = both.corrected(changes).log_bayes + np.log(PRIOR_PAIRS / _count(len(names)))
+        table = both.corrected(found.effects, changes).log_bayes + np.log(
+            PRIOR_PAIRS / _count(len(names))
+        )
         kept = 1.0 - PRIOR_PAIRS / (each * len(names))
         logs = {name: log + np.log(kept) for name, log in logs.items()}
         rows = dict(zip(both.names, table, strict=True))
         inclusion = {n: float(np.logaddexp(logs[n], np.logaddexp.reduce(rows[n]))) for n in names}
-        shared = _shared(both.names, table, inclusion)
+        sure = [np.logaddexp.reduce([inclusion[m] for m in found.alike(n)]) for n in both.names]
+        shared = _shared(both.names, table, np.array(sure), np.array([logs[n] for n in both.names]))
     parts = {NOTHING: np.log(nothing), UNNAMED: found.unnamed + np.log(unnamed)}
     parts |= {name: float(np.logaddexp(logs[name], shared[name])) for name in names}
     total = np.logaddexp.reduce(list(parts.values()))
@@ -67,9 +75,15 @@ def _count(effects: int) -> int:
 
 
 def _shared(
-    names: tuple[str, ...], table: np.ndarray, inclusion: Mapping[str, float]
+    names: tuple[str, ...], table: np.ndarray, sure: np.ndarray, alone: np.ndarray
 ) -> dict[str, float]:
-    """Log of the pairs that count for each effect: those in which more speaks for it."""
-    rank = np.array([inclusion[name] for name in names])
-    mine = np.where(rank[:, None] > rank, table, -np.inf)
+    """Log of the pairs that count for each effect; `sure`, `alone` (m,): see `Odds`."""
+    surer, tied = _above(sure), np.abs(sure[:, None] - sure) < AS_SURE
+    mine = np.where(np.where(tied, _above(alone), surer), table, -np.inf)
     return dict(zip(names, np.logaddexp.reduce(mine, axis=1).tolist(), strict=True))
+
+
+def _above(values: np.ndarray) -> np.ndarray:
+    """Whether one of values (m,) stands above another (m, m); of equal ones, the first does."""
+    place = np.argsort(np.argsort(-values, kind="stable"), kind="stable")
+    return place[:, None] < place

@@ -28,10 +28,24 @@ class Pairs:
     names: tuple[str, ...]
     log_bayes: np.ndarray
 
-    def corrected(self, by: Mapping[str, float]) -> "Pairs":
-        """Return them with what fits in full changed in the log Bayes factors of single effects."""
+    def corrected(self, alone: Mapping[str, float], by: Mapping[str, float]) -> "Pairs":
+        """Return them with what fits in full changed in the log Bayes factors of single effects.
+
+        - `alone`: log Bayes factors of the effects to second order. - `by`: those changes.
+
+        A pair takes over the whole change of the effect for which more speaks, and of the other's
+        the share of its evidence that is left once the first is there: where one explains all that
+        the other would, nothing.
+        """
+        single = np.array([alone[name] for name in self.names])
         change = np.array([by.get(name, 0.0) for name in self.names])
-        return Pairs(self.names, self.log_bayes + change[:, None] + change)
+        less = (single + change)[:, None] < single + change
+        left = np.where(less, self.log_bayes - single, self.log_bayes - single[:, None])
+        other = np.where(less, single[:, None], single)
+        share = np.clip(left / np.maximum(other, 1e-12), 0.0, 1.0)
+        whole = np.where(less, change, change[:, None])
+        part = np.where(less, change[:, None], change)
+        return Pairs(self.names, self.log_bayes + whole + share * part)
 
 
 def pairs(found: Explained) -> Pairs:

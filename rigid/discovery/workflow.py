@@ -31,9 +31,6 @@ SIGNIFICANT = 0.01
 """... where as much is found in fewer than this share of campaigns in which nothing is."""
 LIKELY = 0.02
 """Least probability of an effect that is told as an alternative."""
-ALIKE = 0.98
-"""Of effects whose traces have this cosine only the likeliest is fitted in full; what that changed
-in its Bayes factor is taken to hold for the others."""
 MOST_STEPS = 3
 
 Report = Callable[[str], None]
@@ -137,9 +134,17 @@ def discover(
 
 
 def weigh(local: Local, bench: Bench, seed: int) -> Explained:
-    """Weigh every explanation of what a fit leaves over, effects that are in it left out."""
-    inside = set(local.hypothesis.added)
-    kept = [i for i, one in enumerate(bench.listed) if one.effect not in inside]
+    """Weigh every explanation of what a fit leaves over.
+
+    Effects that are in it are left out, and laws that share a number with one of them: another dry
+    friction would take the place of the first, not come beside it.
+    """
+    inside = {info.name for effect in local.hypothesis.added for info in effect.parameters()}
+    kept = [
+        i
+        for i, one in enumerate(bench.listed)
+        if not inside & {info.name for info in one.effect.parameters()}
+    ]
     around = Around(local.terms.score, local.terms.bend, local.design, local.gradient)
     columns = np.concatenate([bench.traces[:, kept], bench.bumps.columns], axis=1)
     listed = tuple(bench.listed[i] for i in kept)
@@ -197,9 +202,12 @@ def changed(found: Explained, fitted: Mapping[str, float]) -> dict[str, float]:
 
 
 def _twins(found: Explained, fitted: Iterable[str], name: str) -> list[str]:
-    """Effects fitted in full whose trace is that of the effect `name`."""
-    at, cosines = found.best_of(name), found.screening.cosines
-    return [n for n in fitted if abs(cosines[at, found.best_of(n)]) > ALIKE]
+    """Effects fitted in full whose trace is that of the effect `name`.
+
+    Of such effects only the likeliest is fitted; what that changed holds for the others.
+    """
+    alike = found.alike(name)
+    return [n for n in fitted if n in alike]
 
 
 def _missing(found: Explained, said: Odds) -> bool:
