@@ -116,7 +116,7 @@ def sampled(found, warmup: int, draws: int):
 
 
 def quantities(problem, values) -> dict:
-    """k_LC, every kappa, |mu| at 80 Hz; draws of each, flat."""
+    """k_LC, every kappa, abs(mu) at 80 Hz; draws of each, flat."""
     import numpy as np
 
     from rigid.friction import FREQUENCIES
@@ -124,7 +124,7 @@ def quantities(problem, values) -> dict:
 
     at = int(np.argmin(np.abs(FREQUENCIES - HERTZ)))
     named = {k: v for k, v in values.items() if k == "k_LC" or k.startswith("kappa")}
-    return named | {f"|mu| at {HERTZ:g} Hz": frictions(problem, values)[""].magnitude[:, at]}
+    return named | {f"abs(mu) at {HERTZ:g} Hz": frictions(problem, values)[""].magnitude[:, at]}
 
 
 def one_of(drawn, label: str):
