@@ -10,10 +10,13 @@ from rigid.effects.base import AbstractEffect, Action, State, any_size, paramete
 TOE = 5e-6
 """Length [m] over which a seat without slack would close, a part of what a pump that feeds a frame
 moves the plunger between two samples. It gives the force a slope also where the slack is 0."""
+LEAST = 0.05
+"""Share by which the toe is longer than the slack, which leaves about that share of k_frame at once.
+With less, the integrator's steps would pass the toe of a long slack too fast."""
 
 
 class SeatingSlack(AbstractEffect):
-    """The frame takes k_frame (x - s tanh(x/(s + e))), x the plunger's displacement, e = 5 um.
+    """The frame takes k_frame (x - s tanh(x/(1.05 s + e))), x the plunger's place, e = 5 um.
 
     The frame's stiffness grows from nearly nothing to k_frame over a toe of about the slack s, and
     the force is as if the frame stood back by s from there on. At s = 0 it is k_frame x.
@@ -37,5 +40,5 @@ class SeatingSlack(AbstractEffect):
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the force that the frame does not take yet."""
-        missing = self.slack * jnp.tanh(state.x_plunger / (self.slack + TOE))
+        missing = self.slack * jnp.tanh(state.x_plunger / ((1.0 + LEAST) * self.slack + TOE))
         return Action(on_plunger=state.contact_stiffness * missing)
