@@ -11,7 +11,7 @@ TOE = 5e-6
 """Length [m] over which a seat without slack would close, a part of what a pump that feeds a frame
 moves the plunger between two samples. It gives the force a slope also where the slack is 0."""
 LEAST = 0.05
-"""Share by which the toe is longer than the slack, which leaves about that share of k_frame at once.
+"""Share by which the toe is longer than the slack; it leaves about that share of k_frame at once.
 With less, the integrator's steps would pass the toe of a long slack too fast."""
 
 

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 from discovery_scores import (
+    CONFIDENT,
     NOTHING,
     UNNAMED,
     Known,
@@ -54,6 +55,11 @@ def alarm(row: Row) -> bool:
     return row["answer"]["verdict"] != "nothing-missing"
 
 
+def flagged(row: Row) -> bool:
+    """Whether something is said to be missing, and no wrong name is given with confidence."""
+    return alarm(row) and not misnamed(row, CONFIDENT)
+
+
 def apart(row: Row, known: Known, names: Sequence[str]) -> bool:
     """Whether an oracle could part the hidden effect from all that the catalogue holds."""
     case = row["case"]
@@ -97,9 +103,9 @@ def bars(rows: Sequence[Row], known: Known, names: Sequence[str]) -> str:
         f"{share(told, lambda r: statement(r['answer']) in true_names(r))} |",
         "| `indistinguishable` with the true one where it cannot | 90 % | "
         f"{share(alike, within)} |",
-        f"| outside the catalogue, no lookalike: flagged | 80 % | {share(out, alarm)} |",
+        f"| outside the catalogue, no lookalike: flagged | 80 % | {share(out, flagged)} |",
         f"| outside, no lookalike: confidently misnamed | at most 5 % | "
-        f"{share(out, lambda r: misnamed(r, 0.9))} |",
+        f"{share(out, lambda r: misnamed(r, CONFIDENT))} |",
         f"| expected calibration error | 0.05, or in the band, on 500 | {error} | |",
         _coverage_bar(rows),
     ]

@@ -9,6 +9,7 @@ from discovery_bars import (
     bars,
     baselines,
     coverage,
+    flagged,
     harm,
     misnamed,
     of,
@@ -144,11 +145,6 @@ def _named_or_within(row: Row) -> bool:
     return statement(row["answer"]) in true_names(row) or within(row)
 
 
-def _flagged(row: Row) -> bool:
-    """Whether something is said to be missing, and no wrong name is given with confidence."""
-    return row["answer"]["verdict"] != "nothing-missing" and not misnamed(row, CONFIDENT)
-
-
 def _open(rows: Sequence[Row], known: Known) -> str:
     strong = [row for row in of(rows, "taken out", "outside") if row["case"]["strength"] >= 5.0]
     lines = []
@@ -157,7 +153,7 @@ def _open(rows: Sequence[Row], known: Known) -> str:
         ("a lookalike inside", [row for row in strong if not apart(row, known, NAMES)]),
     ):
         lines += [
-            f"| {title}: flagged | {share(group, _flagged)} |",
+            f"| {title}: flagged | {share(group, flagged)} |",
             f"| {title}: verdict `unnamed` | "
             f"{share(group, lambda row: statement(row['answer']) == UNNAMED)} |",
             f"| {title}: a wrong name at p of 0.9 and more | "
