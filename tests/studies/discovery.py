@@ -64,7 +64,8 @@ def discovered(made: Made, seed: int, folder: Path) -> tuple[dict, "Outcome | No
         outcome = command.answer(asked, given)
     except RigidError as error:
         verdict = "refused" if error.status == 2 else "failed"
-        return {"verdict": verdict, "steps": [], "says": str(error), "status": error.status}, None
+        says = str(error).replace(f"{made.spec.parent}/", "")
+        return {"verdict": verdict, "steps": [], "says": says, "status": error.status}, None
     except (np.linalg.LinAlgError, ValueError) as error:  # a defect: counted, and the run goes on
         return {"verdict": "failed", "steps": [], "says": repr(error), "status": 3}, None
     found = as_dict(asked.spec, outcome, None)
