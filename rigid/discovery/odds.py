@@ -52,9 +52,8 @@ def odds(
     shared = dict.fromkeys(names, -np.inf)
     inclusion = dict(logs)
     if both is not None and len(names) > 1:
-        table = both.corrected(found.effects, changes).log_bayes + np.log(
-            PRIOR_PAIRS / _count(len(names))
-        )
+        prior = np.log(PRIOR_PAIRS / _count(len(names)))
+        table = both.corrected(found.effects, changes).log_bayes + prior
         kept = 1.0 - PRIOR_PAIRS / (each * len(names))
         logs = {name: log + np.log(kept) for name, log in logs.items()}
         rows = dict(zip(both.names, table, strict=True))

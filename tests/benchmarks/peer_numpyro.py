@@ -26,7 +26,8 @@ from rigid.solve.rest import rest_under
 
 TOLERANCE = 1e-6
 DOUBLINGS = 4
-"""Of a trajectory in the shortened run: 15 gradients at most, for with ten it does not end."""
+"""Of a trajectory in the shortened run: 15 gradients at most. Neither with these nor with NumPyro's
+ten had the run ended after 13 minutes."""
 
 
 @dataclass(frozen=True)
