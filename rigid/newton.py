@@ -31,6 +31,11 @@ LONGEST = 3.0
 SHORTER = 0.4
 SMALLEST = 1e-18
 """Inverse damping at which no step will ever be accepted."""
+ROUGH = 0.05
+"""Steps of a simulation follow its rig, so that the log-posterior jumps by so much from one point
+to the next. A step that promises less is judged by its promise."""
+PATIENCE = 3
+"""Steps that promise that little and lead up, after which the solver ends."""
 
 
 class Local(NamedTuple):
@@ -165,12 +170,16 @@ class _State(eqx.Module):
     info: Any
     search: Any
     done: Array
+    led_up: Array
 
 
 class ScoringSolver(optx.AbstractMinimiser):
     """Minimise a function that returns its value and, as aux, its gradient and information.
 
     A point without a finite value is never accepted, the first excepted: there the solver ends.
+    The function may be rough by ROUGH: a strict descent would be caught at one of its jumps, up to
+    a standard deviation from the optimum, and count the grains there until its steps are used up
+    (the idea is that of Sun and Nocedal 2023, Math. Program. 202).
     """
 
     descent: ShortDescent = ShortDescent()
@@ -184,7 +193,8 @@ class ScoringSolver(optx.AbstractMinimiser):
         del fn, args, options
         _, aux_struct, _ = structs
         empty = _info(jnp.asarray(jnp.inf), *(jnp.zeros(a.shape) for a in aux_struct))
-        return _State(jnp.asarray(True), y, empty, self.search.init(y, empty), jnp.asarray(False))
+        search, no = self.search.init(y, empty), jnp.asarray(False)
+        return _State(~no, y, empty, search, no, jnp.asarray(0))
 
     def step(
         self, fn: Any, y: Array, args: Any, options: Any, state: _State, tags: Any
@@ -192,9 +202,12 @@ class ScoringSolver(optx.AbstractMinimiser):
         """Evaluate where the last step led, accept it or not, and decide on the next."""
         del options, tags
         value, aux = fn(state.y_eval, args)
-        there = _info(value, *aux)
+        there, f = _info(value, *aux), state.info.f
+        promise = -self.search.predict_reduction(state.y_eval - y, state.info)
+        small = (promise < ROUGH) & (value < f + ROUGH) & ~state.first
+        judged = _info(jnp.where(small, jnp.minimum(value, f - promise), value), *aux)
         size, accept, _, search = self.search.step(
-            state.first, y, state.y_eval, state.info, there, state.search
+            state.first, y, state.y_eval, state.info, judged, state.search
         )
         accept = accept & (jnp.isfinite(value) | state.first)
         y, info = jax.tree.map(
@@ -203,8 +216,10 @@ class ScoringSolver(optx.AbstractMinimiser):
         memory = self.descent.query(y, info, self.descent.init(y, info))
         step, _ = self.descent.step(size, memory)
         settled = (-0.5 * step @ info.grad < CLOSE) & (size >= 1.0)
-        done = settled | (size < SMALLEST) | ~jnp.isfinite(info.f)
-        state = _State(jnp.asarray(False), y + step, info, search, done)
+        led_up = state.led_up + (small & (value >= f))
+        stuck = (~accept & (promise < CLOSE)) | (led_up >= PATIENCE) | (size < SMALLEST)
+        done = settled | stuck | ~jnp.isfinite(info.f)
+        state = _State(jnp.asarray(False), y + step, info, search, done, led_up)
         return y, state, (info.grad, info.hessian.as_matrix())
 
     def terminate(

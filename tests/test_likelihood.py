@@ -114,7 +114,8 @@ def test_reverse_gradient_is_that_of_differences(which: str, request):
     difference = (value[:size] - value[size:]) / (2 * h)
     # Rounding 1e-16 of values of 1e5 to 1e7 over h, truncation h^2 of third derivatives.
     rounding = 1e-13 * np.abs(value).max() / h
-    np.testing.assert_allclose(got, difference, rtol=1e-5, atol=rounding + 1e-3)
+    exactly = 1e-5 if which == "release" else 1e-4  # long steps leave out what their bow turns
+    np.testing.assert_allclose(got, difference, rtol=exactly, atol=rounding + 1e-3)
 
 
 def test_one_program_serves_all_values_and_all_data_of_a_shape(frame):

@@ -52,7 +52,8 @@ def test_gradient_and_information_are_those_of_differences(which: str, release):
         downs.append(local(problem, jnp.asarray(w - h * along), jnp.asarray(z_noise)))
     slope = np.array([float(u.value - d.value) for u, d in zip(ups, downs, strict=True)]) / (2 * h)
     rounding = 1e-13 * abs(float(here.value)) / h
-    np.testing.assert_allclose(here.gradient, slope, rtol=1e-5, atol=rounding + 1e-3)
+    exactly = 1e-5 if which == "release" else 1e-4  # long steps leave out what their bow turns
+    np.testing.assert_allclose(here.gradient, slope, rtol=exactly, atol=rounding + 1e-3)
     # The information leaves out the model's own curvature: exact where the model is linear, which
     # it is in each sensor's gain and zero.
     bend = np.array([u.gradient - d.gradient for u, d in zip(ups, downs, strict=True)]) / (2 * h)
