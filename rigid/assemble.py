@@ -5,7 +5,6 @@ from collections.abc import Iterator, Mapping
 from rigid.catalogue import effects_named
 from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.effects.base import MOTION, PriorDescription
-from rigid.effects.pump_curve import STEEPNESS
 from rigid.errors import InputError
 from rigid.groups import Grouping, flow_label
 from rigid.likelihood import SensorSheet, make_pieces
@@ -35,10 +34,6 @@ KAPPA_PRIOR = PriorDescription("lognormal", {"median": 0.2, "factor": 3.0})
 
 TANK_PRIOR = PriorDescription("lognormal", {"median": -0.2, "factor": 3.0})
 
-FLAT_FROM = 5.0 / STEEPNESS
-"""Pressure below p_max [Pa] from which on the pump's flow hardly changes: by sech^2(5) = 2e-4 of
-its slope at p_max."""
-
 MOTION_CONSTANTS = ("M_Pl", "S_Pl", "presliding")
 """Constants of one body: its mass, the area that a pressure acts on, where bristles slide."""
 
@@ -60,8 +55,7 @@ def assemble(spec: Spec, records: tuple[Record, ...]) -> Problem:
     require_at_work(spec, effects, tracks)
     parameters = list_parameters(spec, effects, tracks, series)
     confined(spec, effects, tracks)
-    bent = near_the_bend(spec, series)
-    groups = Grouping(effects, dict(spec.model.vary), dict(spec.model.only), bent)(tracks)
+    groups = Grouping(effects, dict(spec.model.vary), dict(spec.model.only))(tracks)
     return Problem(effects, parameters, groups, make_pieces(groups, series, sheets(spec, series)))
 
 
@@ -109,19 +103,6 @@ def confined(
     require_known(spec.model.only, (effect.name for effect in effects), where)
     for name, scope in spec.model.only.items():
         require_known([scope], {s for t in tracks for s in t.scope}, f"{where} {name}")
-
-
-def near_the_bend(spec: Spec, series: Mapping[str, Series]) -> frozenset[str]:
-    """Return the labels of the records whose pressure comes near the pump's change of stage."""
-    known = dict(spec.rig.known)
-    limit = known["p_max"].value - FLAT_FROM
-
-    def greatest(one: Series) -> float:
-        if one.has("pressure"):
-            return float(one.data["pressure"].max())
-        return float(one.data["load"].max()) / known["S_Pl"].value if one.has("load") else 0.0
-
-    return frozenset(label for label, one in series.items() if greatest(one) > limit)
 
 
 def sheets(spec: Spec, series: Mapping[str, Series] | None = None) -> dict[str, SensorSheet]:

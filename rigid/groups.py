@@ -35,15 +35,10 @@ class AbstractGroup(eqx.Module):
 
 
 class SlowGroup(AbstractGroup):
-    """Frame compression, free running and field records: marched through by long steps.
-
-    - `bent`: whether the pressure comes near where the pump changes its stage, so that step
-      matrices made at rest do not serve.
-    """
+    """Frame compression, free running and field records: marched through by long steps."""
 
     tracks: tuple[Track, ...]
     effects: tuple[type[AbstractEffect], ...] = eqx.field(static=True)
-    bent: bool = eqx.field(static=True, default=False)
     quantities: ClassVar[tuple[str, ...]] = ("load", "stroke", "pressure")
 
     def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
@@ -54,7 +49,7 @@ class SlowGroup(AbstractGroup):
         framed = self.tracks[0].kind == "frame"
         contact = seen["k_frame"] * (1.0 if framed else 0.0)
         fractions = self._fractions(values, contact)
-        march = slow.march if rig.steady and not self.bent else staggered.march
+        march = slow.march if rig.steady else staggered.march
         out = march(rig, contact, fractions, drives)
         return delayed(
             {quantity: series[: self.samples] for quantity, series in out.items()},
@@ -129,13 +124,11 @@ class Grouping:
 
     - `effects`: all there are. - `vary`: by what each parameter that varies does.
     - `only`: the kind, cylinder or "record,cylinder" that an effect is confined to, by its name.
-    - `bent`: labels of the tracks that come near the bend of the pump's curve.
     """
 
     effects: tuple[type[AbstractEffect], ...]
     vary: Mapping[str, str]
     only: Mapping[str, str] = dataclasses.field(default_factory=dict)
-    bent: frozenset[str] = frozenset()
 
     def acting(self, track: Track) -> tuple[type[AbstractEffect], ...]:
         """Return the effects that act in a track."""
@@ -150,8 +143,7 @@ class Grouping:
         by = set(self.vary.values())
         scope: dict[str, str] = dict(zip(("kind", "cylinder", "record"), track.scope, strict=True))
         names = tuple(e.name for e in self.acting(track))
-        bent = track.label in self.bent
-        return track.kind, round(track.interval, 9), bent, names, *(scope[b] for b in sorted(by))
+        return track.kind, round(track.interval, 9), names, *(scope[b] for b in sorted(by))
 
     def __call__(self, tracks: tuple[Track, ...]) -> tuple[AbstractGroup, ...]:
         """Part the tracks into groups."""
@@ -159,11 +151,11 @@ class Grouping:
         groups = []
         for key in keys:
             members = tuple(t for t in tracks if self.key(t) == key)
-            present, bent = self.acting(members[0]), members[0].label in self.bent
+            present = self.acting(members[0])
             if members[0].kind == "release":
                 groups.append(ReleaseGroup(members, present))
             elif members[0].kind == "motion":
                 groups.append(MotionGroup(members, present))
             else:
-                groups.append(SlowGroup(members, present, bent))
+                groups.append(SlowGroup(members, present))
         return tuple(groups)

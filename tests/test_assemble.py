@@ -53,14 +53,6 @@ def test_an_effect_that_acts_in_one_kind_is_left_out_elsewhere(tmp_path: Path):
         assert ("coulomb-friction" in names) == (group.tracks[0].kind == "frame")
 
 
-def test_records_near_the_pumps_change_of_stage_take_the_other_way(tmp_path: Path):
-    far = problem_with(tmp_path, effects=effects())
-    assert not any(getattr(g, "bent", False) for g in far.groups)
-    near = problem_with(tmp_path, effects=effects(), p_max="200e5")
-    bent = {t.label for g in near.groups if getattr(g, "bent", False) for t in g.tracks}
-    assert bent == {"frame-1,A", "frame-2,B", "frame-3,A"}  # a free run is out of load
-
-
 @pytest.mark.parametrize(
     ("model", "says"),
     [

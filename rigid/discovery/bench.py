@@ -5,12 +5,13 @@ import json
 
 import numpy as np
 
-from rigid.discovery.bumps import Bumps, Target, bumps
+from rigid.discovery.bumps import Bumps, Target, bumps, together
 from rigid.discovery.candidates import EVENT, Candidate, candidates, events
 from rigid.discovery.families import Effects, Family
 from rigid.discovery.lines import Line, lines
 from rigid.discovery.local import Local
 from rigid.discovery.traces import traces
+from rigid.discovery.waves import waves
 from rigid.shelf import Arrays, Shelf
 
 SHAPES = 4
@@ -39,7 +40,7 @@ def laid_out(base: Local, programs: tuple[Family, ...], effects: Effects, shelf:
     beating = [e for e in placed if e.beat is not None]
 
     def make() -> Arrays:
-        hidden = bumps(base, programs[0])
+        hidden = together([bumps(base, programs[0]), waves(base)])
         beats = [lines(base, programs, e) for e in beating]
         return {
             "traces": np.concatenate(

@@ -1,6 +1,6 @@
 """Traces of bumps: what hidden forces and flows and distortions of a sensor would leave."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -21,12 +21,18 @@ class Target(NamedTuple):
 
     - `kind`: "force", "drag", "flow", "spring", or the quantity whose sensor is distorted.
     - `equation`. - `variable`: what the bumps follow. - `track`: one record's alone, or None.
+    - `period` [m]: of a wave, which has a cosine and a sine in place of bumps.
+    - `log_share`: log of the share of its prior that it stands for, where it is the best of so many
+      `tried`.
     """
 
     kind: str
     equation: str
     variable: str
     track: str | None = None
+    period: float | None = None
+    log_share: float = 0.0
+    tried: int = 1
 
 
 class Bumps(NamedTuple):
@@ -58,7 +64,11 @@ def bumps(local: Local, steady: Family) -> Bumps:
     - `steady`: the program that holds the hidden effects.
     """
     jobs = [*_over_time(local), *_over_states(local)]
-    parts = [*_simulated(local, steady, jobs), *_of_sensors(local)]
+    return together([*_simulated(local, steady, jobs), *_of_sensors(local)])
+
+
+def together(parts: Sequence[Bumps]) -> Bumps:
+    """Put traces side by side."""
     return Bumps(
         np.concatenate([p.columns for p in parts], axis=1),
         tuple(t for p in parts for t in p.target),

@@ -70,6 +70,10 @@ class Bundle:
             out.append(gain - 0.5 * np.sum(np.log1p(variance * self._values)))
         return np.asarray(logsumexp(np.stack(out), axis=0) - np.log(len(out)))
 
+    def slopes(self, whitened: np.ndarray) -> np.ndarray:
+        """Slopes (..., m) of its traces from standard normal numbers (..., m)."""
+        return (whitened * np.sqrt(self._values)) @ self._axes.T * self._size
+
     def amplitudes(self, slope: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean (m,) and covariance (m, m) of the amplitudes given slopes (k,)."""
         along = (slope[self.columns] / self._size) @ self._axes

@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 from scipy.special import logsumexp
+from scipy.stats import chi2
 
 from rigid.discovery.bumps import Target
 from rigid.discovery.candidates import Candidate
@@ -106,10 +107,11 @@ def explain(
         ]
     )  # fmt: skip
     bundles = bundles_of(targets, count, screening.information)
-    bundle = np.array([float(b.log_bayes(screening.slope)) for _, b in bundles])
+    bundle = np.array([float(b.log_bayes(screening.slope)) + t.log_share for t, b in bundles])
     found = Explained(listed, targets, screening, candidate, bundles, bundle, 1.0)
     drawn = null_draws(screening.information, seed)
     best_of_many(drawn, screening.size, [one.tried for one in listed], seed)
+    best_waves(drawn, bundles, seed)
     null = _totals(found, drawn)
     here = _totals(found, screening.slope[None])[0]
     return dataclasses.replace(found, p_value=float((1 + np.sum(null >= here)) / (1 + len(null))))
@@ -135,6 +137,19 @@ def best_of_many(drawn: np.ndarray, size: np.ndarray, tried: Sequence[int], seed
             drawn[:, i] = size[i] * np.sqrt(-2.0 * np.log(least))
 
 
+def best_waves(drawn: np.ndarray, bundles: Sequence[tuple[Target, Bundle]], seed: int) -> None:
+    """Put into slopes (draws, k) those of bundles that are the best of many settings."""
+    rng = np.random.default_rng([seed, 7])
+    for target, bundle in bundles:
+        if target.tried > 1:
+            least = -np.expm1(np.log(rng.random(len(drawn))) / target.tried)
+            way = rng.standard_normal((len(drawn), len(bundle.columns)))
+            far = np.sqrt(chi2.isf(least, way.shape[1]))
+            drawn[:, bundle.columns] = bundle.slopes(
+                way * (far / np.linalg.norm(way, axis=1))[:, None]
+            )
+
+
 def _root(information: np.ndarray, size: np.ndarray) -> np.ndarray:
     """A matrix R with R R' the correlation of the traces (k, k)."""
     alike = information / np.outer(size, size)
@@ -154,7 +169,7 @@ def _totals(found: Explained, slope: np.ndarray) -> np.ndarray:
     for i, curve in enumerate(curves_of_all(found.listed, size, Z_GRID)):
         parts.setdefault(names[i], []).append(np.interp(slope[:, i] / size[i], Z_GRID, curve))
     effects = [_mean(np.stack(logs, axis=-1)) for logs in parts.values()]
-    hidden = _mean(np.stack([b.log_bayes(slope) for _, b in found.bundles], axis=-1))
+    hidden = _mean(np.stack([b.log_bayes(slope) + t.log_share for t, b in found.bundles], axis=-1))
     prior = prior_of(len(effects))
     weighed = [*(e + np.log(prior[1]) for e in effects), hidden + np.log(PRIOR_UNNAMED)]
     return np.logaddexp.reduce(np.stack(weighed), axis=0)

@@ -6,38 +6,17 @@ import numpy as np
 
 from rigid import __version__
 from rigid.discovery.explain import NOTHING, UNNAMED, Explained
-from rigid.discovery.formula import simplest
-from rigid.discovery.hidden import UNITS
 from rigid.discovery.judging import gap
 from rigid.discovery.output import interval, quoted
+from rigid.discovery.shown import hidden_shown
 from rigid.discovery.words import WORDS
 from rigid.discovery.workflow import Judged, Outcome, Step
-from rigid.plots.discovery import MOST_PANELS, HiddenShown, ResidualShown
+from rigid.plots.discovery import MOST_PANELS, ResidualShown
 from rigid.report.discovery import DiscoveryContent, StepContent
 from rigid.spec import Spec
 
 TOLD_ODDS = 8
 LEAST_APART = 0.8
-TARGET_UNITS = {
-    "force": "N",
-    "drag": "N",
-    "flow": "m^3/s",
-    "spring": "N",
-    "load": "N",
-    "stroke": "m",
-    "pressure": "Pa",
-    "acceleration": "m/s^2",
-}
-TARGET_NAMES = {
-    "force": "hidden force on the plunger",
-    "drag": "hidden force on the cylinder",
-    "flow": "hidden flow into the chamber",
-    "spring": "hidden force of the load-cell end",
-    "load": "distortion of the load cell",
-    "stroke": "distortion of the stroke sensor",
-    "pressure": "distortion of the gauge",
-    "acceleration": "distortion of the accelerometer",
-}
 
 
 class Run(NamedTuple):
@@ -148,7 +127,7 @@ def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> St
         moved=_moved(step),
         gaps=_gaps(told["gap"]),
         residuals=_residuals(step),
-        hidden=_hidden(step, outcome) if step.chosen is None else None,
+        hidden=hidden_shown(step, outcome) if step.chosen is None else None,
     )
 
 
@@ -233,33 +212,6 @@ def _residuals(step: Step) -> tuple[ResidualShown, ...]:
             )
         )
     return tuple(out)
-
-
-def _hidden(step: Step, outcome: Outcome) -> HiddenShown:
-    """The hidden thing that explains most, with its simplest formula."""
-    found = step.explained
-    target, bundle = found.bundles[int(np.argmax(found.bundle))]
-    mean, covariance = bundle.amplitudes(found.screening.slope)
-    columns = bundle.columns - len(found.listed)
-    place = outcome.bench.bumps.centre[columns]
-    symbol = {"time": "t", "pressure": "p", "stroke": "x", "speed": "v", "load": "x",
-              "cylinder speed": "v"}  # fmt: skip
-    formula = simplest(place, mean, covariance, symbol.get(target.variable, "y"))
-    order = np.argsort(place, kind="stable")
-    unit = UNITS.get(target.variable, TARGET_UNITS.get(target.kind, "1"))
-    if (target.kind, target.variable) == ("spring", "load"):
-        unit = "m"
-    return HiddenShown(
-        variable=target.variable,
-        variable_unit=unit,
-        name=TARGET_NAMES.get(target.kind, target.kind),
-        unit=TARGET_UNITS.get(target.kind, "N"),
-        place=place[order],
-        mean=mean[order],
-        sd=np.sqrt(np.maximum(np.diag(covariance), 0.0))[order],
-        formula=formula.values[order],
-        words=formula.words,
-    )
 
 
 def _ending(outcome: Outcome) -> tuple[str, ...]:

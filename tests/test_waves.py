@@ -1,0 +1,106 @@
+"""Waves over the stroke are found with their length, and made up of nothing in no record."""
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from rigs import BASE, SHEETS, converted, drive, effects, parameters, track
+from scipy.special import logsumexp
+
+from rigid.discovery.bench import laid_out
+from rigid.discovery.bumps import Target
+from rigid.discovery.evidence import Bundle
+from rigid.discovery.explain import best_waves
+from rigid.discovery.families import families
+from rigid.discovery.hypothesis import Hypothesis, start
+from rigid.discovery.local import Local, expand, refined
+from rigid.discovery.samples import lay_out
+from rigid.discovery.waves import FINER, waves
+from rigid.discovery.workflow import weigh
+from rigid.effects import CATALOGUE
+from rigid.groups import SlowGroup
+from rigid.likelihood import make_pieces
+from rigid.priors import Lognormal
+from rigid.problem import Problem
+from rigid.shelf import Shelf
+from rigid.tracks import Series
+
+LENGTH, PHASE, FORCE = 5.3e-3, 0.7, 40.0
+CHOICE = (CATALOGUE["piston-leakage"], CATALOGUE["constant-force"])
+
+
+def campaign(seed: int, force: float) -> Problem:
+    """Two free runs whose bore pushes to and fro; the gauge reads F/S of it."""
+    flows = {"kappa[free-run-1,A]": 0.2, "kappa[free-run-2,B]": 0.15}
+    tracks = tuple(
+        track(name[6:-1], "free-run", 600, drive=drive(600, (0.5, 28.0), (0, 1, 0)))
+        for name in flows
+    )
+    sensors = tuple(f"{q},{c}" for c in "AB" for q in SlowGroup.quantities)
+    listed = parameters(
+        {"mu": Lognormal(1e6, 1.5), **{k: Lognormal(v, 1.2) for k, v in flows.items()}},
+        quantities=sensors,
+    )
+    truth = listed.values(jnp.zeros((1, listed.size))) | {"mu": jnp.asarray([1e6])}
+    truth |= {k: jnp.asarray([v]) for k, v in flows.items()}
+    rng, series = np.random.default_rng(seed), {}
+    for one in tracks:
+        ideal = {q: x[:, 0, 0] for q, x in SlowGroup((one,), effects(BASE)).predict(truth).items()}
+        bore = force * np.sin(2.0 * np.pi * np.asarray(ideal["stroke"]) / LENGTH + PHASE)
+        ideal["pressure"] = ideal["pressure"] + bore / float(truth["S_Pl"][0])
+        data = {q: converted(x, SHEETS[q], rng) for q, x in ideal.items()}
+        series[one.label] = Series(data, {q: np.ones(one.samples) for q in data})
+    groups = (SlowGroup(tracks, effects(BASE)),)
+    return Problem(effects(BASE), listed, groups, make_pieces(groups, series, SHEETS))
+
+
+def fitted(problem: Problem) -> tuple[Local, tuple]:
+    programs = families(problem, CHOICE)
+    noise = np.zeros(sum(p.base == "noise" for p in problem.parameters.sampled))
+    w = start(problem, np.zeros(problem.parameters.size), np.zeros((len(problem.sensors), 2)))
+    begun = expand(Hypothesis(problem), (programs[0], lay_out(problem)), w, noise)
+    return refined(begun, most=40), programs
+
+
+@pytest.mark.slow
+def test_a_rough_bore_is_found_with_its_length():
+    local, programs = fitted(campaign(1, FORCE))
+    bench = laid_out(local, programs, CHOICE, Shelf())
+    explained = weigh(local, bench, 1)
+    target, bundle = explained.bundles[int(np.argmax(explained.bundle))]
+    assert (target.kind, target.equation) == ("force", "plunger-momentum")
+    span = 0.2  # m, at least, of stroke in each record
+    assert target.period == pytest.approx(LENGTH, abs=LENGTH**2 / (FINER * span))
+    mean, covariance = bundle.amplitudes(explained.screening.slope)
+    sizes = np.hypot(mean[::2], mean[1::2])
+    assert np.all(np.abs(sizes - FORCE) < 4.0 * np.sqrt(np.diag(covariance)[::2]))
+    assert explained.unnamed > max(*explained.effects.values(), 10.0)
+    assert explained.p_value < 0.01
+
+
+@pytest.mark.slow
+def test_no_wave_is_found_where_there_is_none():
+    local, programs = fitted(campaign(2, 0.0))
+    explained = weigh(local, laid_out(local, programs, CHOICE, Shelf()), 2)
+    assert explained.unnamed < 2.0
+    assert explained.p_value > 0.01
+
+
+def test_a_wave_is_counted_for_the_share_of_lengths_that_it_stands_for():
+    """Where nothing is, a Bayes factor is 1 in the mean; that of the best, so weighed, is less."""
+    local, _ = fitted(campaign(3, 0.0))
+    found = waves(local)
+    for target in dict.fromkeys(found.target):
+        mine = np.array([t == target for t in found.target])
+        columns = found.columns[:, mine]
+        information = columns.T @ (columns * local.terms.bend[:, None])
+        bundle = Bundle(np.arange(mine.sum()), information)
+        drawn = np.zeros((4000, mine.sum()))
+        best_waves(drawn, ((target, bundle),), 5)
+        assert _mean_log(bundle, drawn, target) < np.log(1.5)
+        careless = target._replace(log_share=0.0)
+        assert _mean_log(bundle, drawn, careless) > np.log(3.0)
+
+
+def _mean_log(bundle: Bundle, drawn: np.ndarray, target: Target) -> float:
+    logs = bundle.log_bayes(drawn) + target.log_share
+    return float(logsumexp(logs) - np.log(len(logs)))
