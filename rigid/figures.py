@@ -13,7 +13,7 @@ from rigid.sensors import UNITS
 EXCITED = (("steady running", 0.01, 0.05), ("quick release", 60.0, 260.0))
 """Hz; where the records move the rig: at rest or steadily, and at its own frequencies."""
 
-NARROWER = 0.7
+NARROWER = 0.5
 """A stretch of mu(omega) counts as informed where the 90 % band of log |mu| is below this part of
 the prior's."""
 
@@ -63,15 +63,22 @@ def friction_curve(done: Calibrated) -> shown.FrictionCurve | None:
             ("prior_magnitude", prior.magnitude),
         )
     }
-    tiny = 1e-300
-    width = np.log((quantiles["magnitude"][4] + tiny) / (quantiles["magnitude"][0] + tiny))
-    before = quantiles["prior_magnitude"]
-    informed = width < NARROWER * np.log((before[4] + tiny) / (before[0] + tiny))
+    informed = heard(quantiles["magnitude"], quantiles["prior_magnitude"])
     printed = tuple((f, p.value, p.place) for f, p in FRICTION)
     return shown.FrictionCurve(
         frequency=FREQUENCIES, **quantiles, informed=informed, excited=EXCITED,
         published=printed,
     )  # fmt: skip
+
+
+def heard(after: np.ndarray, before: np.ndarray) -> np.ndarray:
+    """Where records and not the prior alone speak of |mu| (m,).
+
+    - `after`, `before` (5, m): quantiles of |mu| [N s/m] at LEVELS, of posterior and prior.
+    """
+    tiny = 1e-300
+    widths = [np.log((each[4] + tiny) / (each[0] + tiny)) for each in (after, before)]
+    return widths[0] < NARROWER * widths[1]
 
 
 def corner(done: Calibrated) -> shown.Draws | None:
