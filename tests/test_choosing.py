@@ -45,7 +45,7 @@ from rigid.choosing.present import content, table
 from rigid.choosing.scatter import CAMPAIGNS, Judge, Scattered, scattered
 from rigid.choosing.starts import prior_starts
 from rigid.choosing.stepping import Model, moved_within, promised, solved
-from rigid.choosing.together import CLOSE, STEP, Place, Program, descended, led, simulated
+from rigid.choosing.together import CLOSE, Place, Program, descended, led, simulated
 from rigid.choosing.widths import AS_STATED, VARIANTS, sized, spread
 from rigid.cli import Options
 from rigid.discovery.families import Family, families
@@ -397,12 +397,12 @@ def test_slopes_of_the_model_without_an_effect_serve_where_it_is_absent(plain):
         parted.design / size, whole.design / size, atol=1e-6
     )  # a column each, in units of its largest entry
     assert Program(wide, family).own(hypothesis) == [count]
-    assert Program(wide, family).lanes(hypothesis) == 2
+    assert Program(wide, family).lanes(hypothesis) == 1
 
 
 @pytest.mark.slow
-def test_slopes_by_differences_are_derivatives(plain):
-    """Off by less than a step's share of the largest, in noise sds over all samples."""
+def test_slopes_of_a_steady_rig_are_derivatives(plain):
+    """Differences, which may hold a jump of the steps, are off by 1e-7 where they hold none."""
     family, found = plain
     local = found[WITH_MEMORY]
     exact = expand(local.hypothesis, (family, local.layout), local.w, local.z_noise)
@@ -410,7 +410,7 @@ def test_slopes_by_differences_are_derivatives(plain):
     scale = np.sqrt(exact.terms.bend)[:, None]
     size = np.linalg.norm(scale * exact.design, axis=0).max()
     off = np.linalg.norm(scale * (local.design - exact.design), axis=0).max()
-    assert 0.0 < off < STEP * size
+    assert off < 1e-10 * size
     assert local.log_evidence == pytest.approx(exact.log_evidence, abs=1e-5)
 
 

@@ -2,7 +2,7 @@
 
 import datetime
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 from discovery_scores import FLOOR, TOLD_APART, lower, upper
@@ -149,6 +149,15 @@ def _bars(rows: Sequence[Row], known: Mapping) -> str:
     return "\n".join(lines) + "\n"
 
 
+def grouped(rows: Sequence[Row]) -> Iterator[tuple[str, float, list[Row]]]:
+    """Law, strength and campaigns of each, in the order of NAMES."""
+    groups: dict[tuple[str, float], list[Row]] = {}
+    for row in rows:
+        groups.setdefault((truth_of(row), row["case"]["strength"]), []).append(row)
+    for law, strength in sorted(groups, key=lambda k: (NAMES.index(k[0]), k[1])):
+        yield law, strength, groups[law, strength]
+
+
 def _by_law(rows: Sequence[Row]) -> str:
     lines = [
         "## By law",
@@ -156,21 +165,15 @@ def _by_law(rows: Sequence[Row]) -> str:
         "| law | strength | campaigns | first | first or tied | strictly | mean p | verdicts |",
         "|---|---|---|---|---|---|---|---|",
     ]
-    groups: dict[tuple[str, float], list[Row]] = {}
-    for row in rows:
-        groups.setdefault((truth_of(row), row["case"]["strength"]), []).append(row)
-    for law in NAMES:
-        for (name, strength), group in sorted(groups.items()):
-            if name != law:
-                continue
-            verdicts = [row["answers"]["three"]["verdict"] for row in group]
-            told = ", ".join(f"{verdicts.count(v)} {v}" for v in sorted(set(verdicts)))
-            mean = float(np.mean([chance(row, "three") for row in group]))
-            lines.append(
-                f"| {WORDS[law]} | {strength:g} | {len(group)} | {sum(map(first, group))} | "
-                f"{sum(map(first_or_tied, group))} | {sum(map(strictly_first, group))} | "
-                f"{mean:.2f} | {told} |"
-            )
+    for law, strength, group in grouped(rows):
+        verdicts = [row["answers"]["three"]["verdict"] for row in group]
+        told = ", ".join(f"{verdicts.count(v)} {v}" for v in sorted(set(verdicts)))
+        mean = float(np.mean([chance(row, "three") for row in group]))
+        lines.append(
+            f"| {WORDS[law]} | {strength:g} | {len(group)} | {sum(map(first, group))} | "
+            f"{sum(map(first_or_tied, group))} | {sum(map(strictly_first, group))} | "
+            f"{mean:.2f} | {told} |"
+        )
     return "\n".join(lines) + "\n"
 
 
@@ -187,14 +190,16 @@ def _replicated(rows: Sequence[Row]) -> str:
         "flattened |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
-    for row in sorted(rows, key=lambda r: (NAMES.index(truth_of(r)), r["seed"])):
-        got = row["answers"]["three"].get("replicates")
+    for law, strength, group in grouped(rows):
+        told = [row["answers"]["three"].get("replicates") for row in group]
+        got = [one for one in told if one]
         if got:
+            mean = {key: float(np.mean([one[key] for one in got])) for key in got[0]}
+            shares = (mean[key] for key in ("first", "first_or_tied", "strictly", "below"))
             lines.append(
-                f"| {WORDS[truth_of(row)]} | {row['case']['strength']:g} | {got['campaigns']} | "
-                f"{100 * got['first']:.0f} % | {100 * got['first_or_tied']:.0f} % | "
-                f"{100 * got['strictly']:.0f} % | {100 * got['below']:.0f} % | "
-                f"{got['score']:.2f} | {got['flat']:.2f} |"
+                f"| {WORDS[law]} | {strength:g} | {sum(one['campaigns'] for one in got)} | "
+                + " | ".join(f"{100 * share:.0f} %" for share in shares)
+                + f" | {mean['score']:.2f} | {mean['flat']:.2f} |"
             )
     return "\n".join(lines) + "\n"
 
