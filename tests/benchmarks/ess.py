@@ -88,7 +88,7 @@ def numpyro(bench: Bench) -> list[Row]:
         f"one gradient of the whole campaign by Kvaerno5 at {peer_numpyro.TOLERANCE:g}, in reverse "
         f"mode: {peer.gradient:.3g} s; a chain a core",
         "the ratio grants NUTS an effective sample for every gradient, which it never reaches: in "
-        f"a shortened run on release-1 alone ({peer.draws} draws, warm-up given, "
-        f"{peer.seconds:.0f} s with compiling) it took {peer.steps:.0f} gradients a draw",
+        f"a shortened run on release-1 alone ({peer.draws} draws after {peer_numpyro.WARM_UP} of "
+        f"warm-up, {peer.seconds:.0f} s with compiling) it took {peer.steps:.0f} gradients a draw",
     )
     return [row]

@@ -26,8 +26,8 @@ from rigid.solve.full import integrate
 from rigid.solve.rest import rest_under
 
 TOLERANCE = 1e-6
-STEP = 0.5
-"""Of a leap, in sds of the posterior: what warm-up comes to on a Gaussian of so many dimensions."""
+STEP, WARM_UP = 0.02, 100
+"""Of a leap, in sds of the law around the best fit, with which the warm-up begins; its draws."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Nuts:
 
 def measured(bench: Bench) -> Nuts:
     """The cost of one gradient, then the run."""
-    return Nuts(gradient_seconds(bench), *shortened(bench, bench.choose(2, 5)))
+    return Nuts(gradient_seconds(bench), *shortened(bench, bench.choose(5, 20)))
 
 
 @eqx.filter_jit
@@ -100,8 +100,8 @@ def log_likelihood(problem: Problem, z: Array) -> Array:
 def shortened(bench: Bench, draws: int) -> tuple[int, float, float]:
     """Draws, gradients a draw and seconds of NUTS on one release.
 
-    Warm-up is given to it: the covariance at the best fit, and a step. From NumPyro's own beginning
-    it did not end in 13 minutes: its first leaps lead to rigs that no integrator is done with.
+    Covariance and best fit are given to it. From NumPyro's own first step, 1, it did not end in 13
+    minutes: such leaps lead to rigs that no integrator is done with.
     """
     problem = alone(bench.problem)
     best = search_from(problem, bench.draws(1)).optima[0]
@@ -116,11 +116,10 @@ def shortened(bench: Bench, draws: int) -> tuple[int, float, float]:
         init_strategy=numpyro.infer.init_to_value(values={"z": jnp.asarray(best.z)}),
         step_size=STEP,
         inverse_mass_matrix=jnp.asarray(best.covariance),
-        adapt_step_size=False,
         adapt_mass_matrix=False,
         dense_mass=True,
     )
-    run = numpyro.infer.MCMC(kernel, num_warmup=0, num_samples=draws, progress_bar=False)
+    run = numpyro.infer.MCMC(kernel, num_warmup=WARM_UP, num_samples=draws, progress_bar=False)
     began = time.perf_counter()
     run.run(jax.random.PRNGKey(1), extra_fields=("num_steps",))
     steps = np.asarray(run.get_extra_fields()["num_steps"])
