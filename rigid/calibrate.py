@@ -3,6 +3,7 @@
 import dataclasses
 import hashlib
 import time
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -37,6 +38,7 @@ PREDICTED = 128
 """Draws from which predictions beside the data are made."""
 
 MODE_DRAWS = 2048
+REMADE = "the laws around the best fits do not fit: taken from differences instead"
 UNRELIABLE = 0.7
 """Pareto shape of importance weights from which on the laws around the best fits do not cover the
 posterior: where a model misses something. Source: Vehtari et al. (2024), section 3."""
@@ -123,10 +125,19 @@ def _searched(spec: Spec, problem: Problem, seed: int, options: Options) -> Sear
     """Search and weigh the modes, with a progress bar."""
     with tqdm(total=spec.sampler.starts, disable=options.quiet, desc="starts") as bar:
         found = search(problem, spec.sampler.starts, seed, lambda done: _advance(bar, done))
+    return trusted(found, seed, lambda: say(options, REMADE))
+
+
+def trusted(found: Found, seed: int, remade: Callable[[], None] = lambda: None) -> Searched:
+    """Fit a law to the posterior around the modes of a search.
+
+    Where the laws around the best fits do not cover it they are made anew from differences, which
+    `remade` is told.
+    """
     law, weights = propose(found, np.random.default_rng([seed, 1]))
     if weights.pareto_k < UNRELIABLE:
         return Searched(found, law, weights)
-    say(options, "the laws around the best fits do not fit: taken from differences instead")
+    remade()
     found = sharpened(found)
     return Searched(found, *propose(found, np.random.default_rng([seed, 1])))
 

@@ -84,12 +84,12 @@ class Found:
     def of(self, campaign: str):
         """The search of a campaign, and both laws by name."""
         if campaign not in self.known:
-            from rigid.calibrate import mode_of, propose
+            from rigid.calibrate import mode_of, trusted
             from rigid.proposal import MixtureProposal
 
             found = problem_of(campaign, self.folder)
             modes = tuple(mode_of(o) for o in found.optima)
-            law, weights = propose(found, np.random.default_rng([SEED, 1]))
+            found, law, weights = trusted(found, SEED)
             plain = MixtureProposal(modes, np.ones(len(modes)) / len(modes), law.dof)
             self.known[campaign] = found, dict(zip(LAWS, (plain, law), strict=True)), weights
         return self.known[campaign]
