@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rigid.proposal import LogProb, MixtureProposal
 
 # Share of the steps of each move. Most of them jump between modes and forget the past whenever the
-# mixture fits; the other half need no fit at all and carry the walkers along a curved ridge that
+# mixture fits; the others need no fit at all and carry the walkers along a curved ridge that
 # the mixture misses. The snooker has the smallest part: it moves along one line at a time.
 INDEPENDENCE, EVOLUTION, SNOOKER = 0.8, 0.15, 0.05
 
