@@ -133,8 +133,7 @@ def best_of_many(drawn: np.ndarray, size: np.ndarray, tried: Sequence[int], seed
     rng = np.random.default_rng([seed, 6])
     for i, count in enumerate(tried):
         if count > 1:
-            least = -np.expm1(np.log(rng.random(len(drawn))) / count)  # smallest of so many tails
-            drawn[:, i] = size[i] * np.sqrt(-2.0 * np.log(least))
+            drawn[:, i] = size[i] * np.sqrt(-2.0 * np.log(_least_tail(rng, len(drawn), count)))
 
 
 def best_waves(drawn: np.ndarray, bundles: Sequence[tuple[Target, Bundle]], seed: int) -> None:
@@ -142,12 +141,17 @@ def best_waves(drawn: np.ndarray, bundles: Sequence[tuple[Target, Bundle]], seed
     rng = np.random.default_rng([seed, 7])
     for target, bundle in bundles:
         if target.tried > 1:
-            least = -np.expm1(np.log(rng.random(len(drawn))) / target.tried)
+            least = _least_tail(rng, len(drawn), target.tried)
             way = rng.standard_normal((len(drawn), len(bundle.columns)))
             far = np.sqrt(chi2.isf(least, way.shape[1]))
             drawn[:, bundle.columns] = bundle.slopes(
                 way * (far / np.linalg.norm(way, axis=1))[:, None]
             )
+
+
+def _least_tail(rng: np.random.Generator, draws: int, tried: int) -> np.ndarray:
+    """Smallest of so many tail probabilities, (draws,)."""
+    return -np.expm1(np.log(rng.random(draws)) / tried)
 
 
 def _root(information: np.ndarray, size: np.ndarray) -> np.ndarray:
