@@ -54,8 +54,8 @@ def row(law: str, strength: float, three: dict, one: dict | None = None) -> dict
 def test_laws_and_strengths_take_turns():
     listed = cases("issue")
     counts = Counter((case.law, case.strength) for case in listed)
-    assert counts[COULOMB, 8.0] == counts[COULOMB, 5.0] == 20
-    assert counts[VISCOUS, 0.0] == 40
+    assert counts[COULOMB, 8.0] == counts[COULOMB, 5.0] == 25
+    assert counts[VISCOUS, 0.0] == 50
     assert {case.law for case in listed[: len(LAWS)]} == set(LAWS)
     assert min(case.seed for case in listed) == FIRST_SEED > max(study.LOOKALIKE_SEEDS)
 
