@@ -4,14 +4,12 @@ import numpy as np
 
 from rigid.calibrate import Calibrated
 from rigid.characteristic import PUBLISHED_RIG, TwoMassRig, dimensionless, roots
+from rigid.excitation import excited
 from rigid.friction import FREQUENCIES
 from rigid.outcome import LEVELS, Channel, frictions, values_of
 from rigid.plots import shown
 from rigid.published import FRICTION, published
 from rigid.sensors import UNITS
-
-EXCITED = (("steady running", 0.01, 0.05), ("quick release", 60.0, 260.0))
-"""Hz; where the records move the rig: at rest or steadily, and at its own frequencies."""
 
 NARROWER = 0.5
 """A stretch of mu(omega) counts as informed where the 90 % band of log |mu| is below this part of
@@ -66,7 +64,8 @@ def friction_curve(done: Calibrated) -> shown.FrictionCurve | None:
     informed = heard(quantiles["magnitude"], quantiles["prior_magnitude"])
     printed = tuple((f, p.value, p.place) for f, p in FRICTION)
     return shown.FrictionCurve(
-        frequency=FREQUENCIES, **quantiles, informed=informed, excited=EXCITED,
+        frequency=FREQUENCIES, **quantiles, informed=informed,
+        excited=excited(done.shown),
         published=printed,
     )  # fmt: skip
 

@@ -43,7 +43,7 @@ LAYERS = (
     ("results",),
     ("plots",),
     ("report",),
-    ("alternatives",),
+    ("alternatives", "excitation"),
     ("figures",),
     ("present",),
     ("discovery", "smoothing", "stories"),
