@@ -27,7 +27,7 @@ def as_recorded(rig, contact, fractions, drives):
     return foreseen(rig, contact, 0.1 * fractions, drives)
 
 
-def never(flow, pressure, rate, length):
+def never(flow, pressure, rate, length, most=0.0):
     """A pump that is taken to deliver the same at all pressures."""
     return jnp.asarray(False)
 
@@ -40,6 +40,10 @@ CASES = {
     "through the bend of the pump's curve": (
         {"p_max": 40e5}, FRAME, (0.0, 0.1, -0.1),
         drive(300, (0.203, 1.304, 2.1), (0, 1, 0, 2)), ("bends", never),
+    ),
+    "steeply through that bend": (
+        {"p_max": 100e5, "mu": 6e3}, FRAME, (0.0, 1.8),
+        drive(100, (0.203, 0.903), (0, 1, 0)), ("STEEP", np.inf),
     ),
     "a rig that rings for long": (
         {"mu": 2e3}, 0.0, (0.0, 0.3), drive(200, (0.203, 1.0), (0, 1, 0)),

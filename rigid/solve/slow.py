@@ -8,6 +8,7 @@ column changes slowly: f takes its value in the middle of a step, and Phi is int
 Arrays carry the walkers on their last axis: every operation is elementwise over it.
 """
 
+from functools import partial
 from typing import NamedTuple
 
 import jax
@@ -17,11 +18,11 @@ from jax import Array
 
 from rigid.rig import Rig, Surroundings
 from rigid.sensors import readings
-from rigid.solve.bend import bends, flow_at, mean_excess
+from rigid.solve.bend import STEEP, Flow, bends, flow_at, mean_excess
 from rigid.solve.drive import STRIDE, Drive, Plan, plan
 from rigid.solve.rest import rest_under
 from rigid.solve.strokes import Strokes, foreseen
-from rigid.solve.tables import PARTS, Tables, bulge, tables
+from rigid.solve.tables import FINER, PARTS, Tables, bulge, tables
 
 SMOOTH = (1.0, 5e-7, 100.0)
 """Load [N], stroke [m] and pressure [Pa], some hundredths of a tenth of the sensors' steps: a rig
@@ -148,7 +149,7 @@ def _bends_within(way: _Way, flat: Array, parts: _Part) -> Array:
 def _led(way: _Way, flat: Array, rates: Array, stroke: Array, length: int) -> tuple[Array, Array]:
     """Lead a flat state on by one step; return also what a unit rate of pressure does in it.
 
-    - `length`: 0 for a part of a sample, 1 for a sample, 2 for a long step.
+    - `length`: 0 for a fine step, 1 for a part of a sample, 2 for a sample, 3 for a long step.
     """
     place = way.place(stroke)
     low, slope, bend = (t[length][:, :, None] for t in way.table[:3])
@@ -156,7 +157,7 @@ def _led(way: _Way, flat: Array, rates: Array, stroke: Array, length: int) -> tu
     new, columns = flat, []
     for j in range(flat.shape[0]):
         column = low[:, j] + place * (slope[:, j] + place * bend[:, j])
-        if length < 2:
+        if length < 3:
             column = column + off * way.table.own[length][:, j]
         columns.append(column)
         new = new + column * rates[j]
@@ -195,7 +196,7 @@ def _at_once(way: _Way, flat: Array, parts: _Part) -> tuple[Array, Array, Array]
     stroke = way.stroke(flat, length)
     outside = way.outside(parts.level[0], parts.begin[0] + 0.5 * length)
     rates = way.rates(flat, outside, way.rig.column + stroke)
-    new, _ = _led(way, flat, rates, stroke, 2)
+    new, _ = _led(way, flat, rates, stroke, 3)
     series = _between(way, _read(way, flat, outside), _read(way, new, outside))
     return new, jnp.asarray(False), series
 
@@ -224,7 +225,7 @@ def _sample(way: _Way, flat: Array, part: _Part, bends: Array) -> Array:
         outside = way.outside(part.level, part.begin + 0.5 * way.interval)
         stroke = way.stroke(flat, way.interval)
         rates = way.rates(flat, outside, way.rig.column + stroke)
-        return _led(way, flat, rates, stroke, 1)[0]
+        return _led(way, flat, rates, stroke, 2)[0]
 
     def cut(flat: Array) -> Array:
         switched = way.kink_part[part.kink]
@@ -234,27 +235,55 @@ def _sample(way: _Way, flat: Array, part: _Part, bends: Array) -> Array:
             level = jnp.where(over, part.after, part.level)
             kink = jnp.where(number == switched, part.kink, 0)
             begin = part.begin + number * way.interval / PARTS
-            return _part_of_sample(way, flat, _Part(level, kink, part.after, begin)), None
+            now = _Part(level, kink, part.after, begin)
+            fine = bends & _steep(way, flat, now) & ~jnp.any(kink > 0)
+            ways = partial(_in_fine_steps, way), partial(_part_of_sample, way)
+            return jax.lax.cond(fine, *ways, flat, now), None
 
         return jax.lax.scan(one, flat, jnp.arange(PARTS))[0]
 
     return jax.lax.cond(bends | jnp.any(part.kink > 0), cut, whole, flat)
 
 
-def _part_of_sample(way: _Way, flat: Array, part: _Part) -> Array:
-    """Lead a flat state on by a part of a sample, the valve moving or the flow bending in it."""
+def _steep(way: _Way, flat: Array, part: _Part) -> Array:
+    """Whether the pressure of any walker passes much of the bend in a part of a sample."""
     h = way.interval / PARTS
     outside = way.outside(part.level, part.begin + 0.5 * h)
-    stroke = way.stroke(flat, h)
-    column = way.rig.column + stroke
-    new, kept = _led(way, flat, way.rates(flat, outside, column), stroke, 0)
-    before = flow_at(way.rig, flat, outside, column)
-    new = new + kept * mean_excess(before, flat[4], new[4], kept[4])
-    changed = outside._replace(flow_fraction=way.outside(part.after, part.begin).flow_fraction)
-    after = flow_at(way.rig, flat, changed, column)
+    column = way.rig.column + way.stroke(flat, h)
+    rate = way.rates(flat, outside, column)[4]
+    return bends(flow_at(way.rig, flat, outside, column), flat[4], rate, h, STEEP)
+
+
+def _part_of_sample(way: _Way, flat: Array, part: _Part) -> Array:
+    """Lead a flat state on by a part of a sample, in which the valve may move."""
+    h = way.interval / PARTS
+    new, before = _bent(way, flat, part, 1, h)
+    outside = way.outside(part.after, part.begin + 0.5 * h)
+    column = way.rig.column + way.stroke(flat, h)
+    after = flow_at(way.rig, flat, outside, column)
     kick = jnp.moveaxis(way.table.kinks[part.kink], 0, 1)
     gained, left = new[4] - flat[4], way.kink_rest[part.kink] / h
     then, middle = flat[4] + (1.0 - left) * gained, flat[4] + (1.0 - 0.5 * left) * gained
     jump = after(then) - before(middle)
     # The flow after the switch is that at the pressure halfway to the end of the step.
     return new + kick * (after(0.5 * (then + new[4] + kick[4] * jump)) - before(middle))
+
+
+def _in_fine_steps(way: _Way, flat: Array, part: _Part) -> Array:
+    """Lead a flat state on by a part of a sample in which the flow bends and the valve rests."""
+    h = way.interval / (PARTS * FINER)
+
+    def one(flat: Array, number: Array) -> tuple[Array, None]:
+        return _bent(way, flat, part._replace(begin=part.begin + number * h), 0, h)[0], None
+
+    return jax.lax.scan(one, flat, jnp.arange(FINER))[0]
+
+
+def _bent(way: _Way, flat: Array, part: _Part, length: int, seconds: float) -> tuple[Array, Flow]:
+    """Lead a flat state on by a step in which the flow may bend; give that flow as well."""
+    outside = way.outside(part.level, part.begin + 0.5 * seconds)
+    stroke = way.stroke(flat, seconds)
+    column = way.rig.column + stroke
+    new, kept = _led(way, flat, way.rates(flat, outside, column), stroke, length)
+    flow = flow_at(way.rig, flat, outside, column)
+    return new + kept * mean_excess(flow, flat[4], new[4], kept[4]), flow

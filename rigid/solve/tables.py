@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jax import Array
 
 from rigid.rig import Rig, Surroundings
@@ -18,15 +17,19 @@ from rigid.solve.strokes import Strokes
 HALVINGS = 2
 PARTS = 2**HALVINGS
 """Parts into which a sample is cut where the valve moves or the pump's flow bends."""
+HALVED = 2
+FINER = 2**HALVED
+"""Fine steps into which a part is cut where the flow bends steeply and the valve does not move."""
 
 
 class Tables(NamedTuple):
     """Step matrices of one group for the current parameters.
 
-    - `low`, `slope`, `bend` (3, n, n, walkers): for parts of a sample, samples and long steps,
-      coefficients of a parabola through the least stroke (0), the middle and the greatest (1).
-    - `own` (2, n, n, tracks, walkers): for parts of a sample and samples, coefficient of the cubic
-      that goes through a track's own greatest stroke as well, where it rings when the valve shuts.
+    - `low`, `slope`, `bend` (4, n, n, walkers): for fine steps, parts of a sample, samples and long
+      steps, coefficients of a parabola through the least stroke (0), the middle and the greatest
+      (1).
+    - `own` (3, n, n, tracks, walkers): for all but long steps, coefficient of the cubic that goes
+      through a track's own greatest stroke as well, where it rings when the valve shuts.
     - `kinks` (kinks + 1, n, walkers): response to a unit rate of pressure from a switch on, to the
       end of its part of a sample.
     """
@@ -46,19 +49,24 @@ def tables(rig: Rig, outside: Surroundings, plan: Plan, strokes: Strokes) -> Tab
     nodes = jnp.concatenate([jnp.stack([strokes.low, middle, strokes.high]), own])
     at_switch = strokes.switch[plan.kink_place[:, 0], plan.kink_place[:, 1]]
     matrix = jacobian(rig, outside, rig.column + jnp.concatenate([nodes, at_switch]))
-    lengths = np.concatenate([np.full(len(nodes), part), plan.within(PARTS)[1]])
-    phi = step_matrix(matrix, jnp.asarray(lengths)[:, None], scales, DOUBLINGS - HALVINGS)
-    matrix, parts = matrix[:, :, : len(nodes)], phi[:, :, : len(nodes)]
-    rests = phi[:, 4, len(nodes) :]
+    rests = step_matrix(
+        matrix[:, :, len(nodes) :],
+        jnp.asarray(plan.within(PARTS)[1])[:, None],
+        scales,
+        DOUBLINGS - HALVINGS,
+    )[:, 4]
+    matrix = matrix[:, :, : len(nodes)]
+    fine = step_matrix(matrix, part / FINER, scales, DOUBLINGS - HALVINGS - HALVED)
+    parts = _longer(matrix, fine, FINER)
     samples = _longer(matrix, parts, PARTS)
     long = _longer(matrix[:, :, :3], samples[:, :, :3], STRIDE)
-    shared = jnp.stack([parts[:, :, :3], samples[:, :, :3], long])
+    shared = jnp.stack([fine[:, :, :3], parts[:, :, :3], samples[:, :, :3], long])
     low, mid, high = jnp.moveaxis(shared, 3, 0)
     # The phase of an oscillation over a step turns with the column: a straight line would miss it.
     slope, bend = 4.0 * mid - 3.0 * low - high, 2.0 * (low + high) - 4.0 * mid
-    at_own = jnp.stack([parts[:, :, 3:], samples[:, :, 3:]])
+    at_own = jnp.stack([fine[:, :, 3:], parts[:, :, 3:], samples[:, :, 3:]])
     place = (own - strokes.low) / (strokes.high - strokes.low)
-    parabola = (t[:2, :, :, None] for t in (low, slope, bend))
+    parabola = (t[:3, :, :, None] for t in (low, slope, bend))
     cubic = _cubic(at_own, place, *parabola)
     none = jnp.zeros((1, len(scales), rests.shape[-1]))
     return Tables(low, slope, bend, cubic, jnp.concatenate([none, jnp.moveaxis(rests, 1, 0)]))

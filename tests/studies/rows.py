@@ -7,6 +7,11 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
+MAPS = Path("/proc/self/maps")
+MOST_MAPS = 50_000
+"""Mapped regions of memory beyond which compiled programs are let go; Linux grants 65,530, and a
+process that has compiled for some forty campaigns of unlike records comes to its end there."""
+
 
 def commit() -> str:
     """Name of the code that runs."""
@@ -25,6 +30,16 @@ def lines_of(paths: Iterable[Path]) -> list[dict]:
     return rows
 
 
+def shed() -> bool:
+    """Let go of compiled programs where they fill the room for them; say whether it was so."""
+    if not MAPS.exists() or MAPS.read_bytes().count(b"\n") < MOST_MAPS:
+        return False
+    import jax
+
+    jax.clear_caches()
+    return True
+
+
 def carry_out(
     path: Path, cases: Iterable[Any], one: Callable[[Any], dict], says: Callable[[dict], object]
 ) -> None:
@@ -41,3 +56,4 @@ def carry_out(
         with path.open("a", encoding="utf-8") as file:
             file.write(json.dumps(row) + "\n")
         sys.stderr.write(f"campaign {case.number}, {case[1:]}: {says(row)}\n")
+        shed()

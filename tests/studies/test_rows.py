@@ -3,7 +3,10 @@
 from pathlib import Path
 from typing import NamedTuple
 
+import jax
+import jax.numpy as jnp
 import pytest
+import rows
 from rows import carry_out, lines_of
 
 
@@ -34,3 +37,15 @@ def test_a_stopped_study_goes_on_with_what_has_no_row(tmp_path: Path):
 
 def test_rows_of_files_that_are_not_there_are_none(tmp_path: Path):
     assert lines_of([tmp_path / "nothing.jsonl"]) == []
+
+
+@pytest.mark.skipif(not rows.MAPS.exists(), reason="no list of mapped memory on this system")
+def test_compiled_programs_are_let_go_where_they_fill_their_room(monkeypatch):
+    program = jax.jit(lambda x: jnp.cumsum(x))
+    for size in range(3, 20):
+        program(jnp.ones(size))
+    assert not rows.shed()
+    assert program._cache_size() == 17
+    monkeypatch.setattr(rows, "MOST_MAPS", 1)
+    assert rows.shed()
+    assert program._cache_size() == 0
