@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from rigid.figures import heard
 from rigid.plots.friction import friction_figure
 from rigid.plots.shown import QUANTILES, FrictionCurve
 from rigid.plots.vector import svg
@@ -31,13 +32,14 @@ def main() -> None:
     """Write calibration.svg beside this file."""
     tree = load_posterior("reports/calibration/posterior.nc")
     posterior, prior = tree["posterior"], tree["prior"]
+    size, before = magnitude(posterior), magnitude(prior)
     curve = FrictionCurve(
         frequency=posterior["frequency"].to_numpy(),
         dissipative=quantiles(posterior, "mu_omega"),
         storage=quantiles(posterior, "k_omega"),
-        magnitude=magnitude(posterior),
-        prior_magnitude=magnitude(prior),
-        informed=np.ones(posterior.sizes["frequency"], dtype=bool),
+        magnitude=size,
+        prior_magnitude=before,
+        informed=heard(size, before),
         published=tuple((f, p.value, p.place) for f, p in FRICTION),
     )
     figure = friction_figure(curve, simulated=True)

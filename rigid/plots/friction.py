@@ -27,16 +27,20 @@ def friction_figure(curve: FrictionCurve, simulated: bool) -> Figure:
     """Magnitude of mu at the left with the published values, its two parts at the right."""
     with house_style():
         figure = new_figure(_HEIGHT, simulated)
-        layout = [["whole", "loss"], ["whole", "store"], ["excited", "store"]]
-        shape = {"width_ratios": (1.25, 1), "height_ratios": (1, 0.72, 0.28)}
+        layout = [["whole", "loss"], ["whole", "store"]]
+        shape = {"width_ratios": (1.25, 1)}
+        if curve.excited:
+            layout += [["excited", "store"]]
+            shape |= {"height_ratios": (1, 0.72, 0.28)}
         panels = figure.subplot_mosaic(layout, gridspec_kw=shape)  # type: ignore[arg-type]
         _magnitude(panels["whole"], curve)
         _part(panels["loss"], curve, curve.dissipative, "dissipative part", r"Re $\mu$ [N·s/m]")
         _part(panels["store"], curve, curve.storage, "storage part", r"$k_\omega$ [N/m]")
-        _excited(panels["excited"], curve)
-        panels["whole"].tick_params(labelbottom=False)
         panels["loss"].tick_params(labelbottom=False)
-        for name in ("store", "excited"):
+        if curve.excited:
+            _excited(panels["excited"], curve)
+            panels["whole"].tick_params(labelbottom=False)
+        for name in ("store", "excited" if curve.excited else "whole"):
             panels[name].set_xlabel("frequency [Hz]")
         figure.legend(
             handles=_legend(curve), loc="outside lower center", ncols=4, columnspacing=1.6
@@ -120,10 +124,10 @@ def _excited(axes: Axes, curve: FrictionCurve) -> None:
     for row, (_, low, high) in enumerate(bands):
         axes.plot([low, high], [row, row], color=GREEN, linewidth=5, solid_capstyle="butt")
     axes.set_yticks(range(len(bands)), [label for label, _, _ in bands])
-    axes.set_ylim(-0.6, max(len(bands), 1) - 0.4)
+    axes.set_ylim(-0.6, len(bands) - 0.4)
     axes.tick_params(axis="y", length=0)
     axes.spines["left"].set_visible(False)
-    panel_title(axes, "excited by" if bands else "excited by: not stated")
+    panel_title(axes, "excited by")
 
 
 def _legend(curve: FrictionCurve) -> list[Line2D | Patch]:
