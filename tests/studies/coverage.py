@@ -12,7 +12,10 @@ colours the noise; `--wide-friction` draws the friction from the fit's own prior
 The posterior is that of the command, from fewer starts; it is summed over weighted draws of the
 law around its modes (importance.py), until they are worth 500 independent ones. Where
 that law does not fit (Pareto shape above 0.7) or with `--chain`, the command's sampler draws.
-Beside it stands the rank in the Gaussian law around the best fit; `--gaussian` gives that alone.
+Beside it stand the rank in draws of the Gaussian law around the best fit and, as `delta`, in the
+Gaussian law of each quantity's logarithm itself, to first order: where the records know a sum of
+parameters far better than its parts, draws of the former leave the bent valley in which the sum is
+right. `--gaussian` gives these alone.
 `--from-truth` begins the search at what made the campaign, where draws of the prior would take a
 hundred slow steps to the same optimum; that they do is for `--first` and `--campaigns` to show on
 some.
@@ -36,9 +39,12 @@ CLOCK = 1
 STARTS = 3
 REFUSED = "refused"
 """Stands for the quantities of a campaign that the readers refuse (a saturated sensor, say)."""
+STEP = 0.05
+"""Of differences along the axes of a Gaussian law, in its sds."""
 HERTZ = (0.1, 1.0, 10.0, 100.0)
 """Frequencies at which the parts of mu(omega) are held against the truth."""
-COLUMNS = ("seed", "quantity", "truth", "rank", "converged", "gap", "modes", "gaussian")
+COLUMNS = ("seed", "quantity", "truth", "rank", "converged", "gap", "modes", "gaussian",
+           "delta")  # fmt: skip
 
 
 def options() -> argparse.Namespace:
@@ -129,12 +135,13 @@ def one_campaign(seed: int, args: argparse.Namespace) -> list[dict]:
             drawn = by_chain(found.problem, law, seed)
     ranks = ranks_of(found.problem, drawn, known)
     beside = ranks_of(found.problem, gauss, known)
+    delta = first_order(found.problem, found.optima[0], known)
     gap = overall_gap(channels(found, found.optima[0].z[None], seed))
     return [
         {
             "seed": seed, "quantity": name, "truth": f"{true:.8g}", "rank": f"{rank:.5f}",
             "converged": drawn.good, "gap": f"{gap:.4f}", "modes": len(found.optima),
-            "gaussian": f"{beside[name][1]:.5f}",
+            "gaussian": f"{beside[name][1]:.5f}", "delta": f"{delta[name]:.5f}",
         }
         for name, (true, rank) in ranks.items()
     ]  # fmt: skip
@@ -160,27 +167,48 @@ def gaussian(optimum, rng, count):
 
 def ranks_of(problem, drawn: "Drawn", known: dict[str, float]) -> dict[str, tuple[float, float]]:
     """Truth of every quantity, and the posterior probability below it."""
+    return {
+        name: (true, weighted_rank(v, drawn.weight, true))
+        for name, (v, true) in quantities(problem, drawn.z, known).items()
+    }
+
+
+def first_order(problem, optimum, known: dict[str, float]) -> dict[str, float]:
+    """Probability below the truth in the Gaussian law of each quantity's logarithm."""
+    import numpy as np
+    from scipy.stats import norm
+
+    axes = STEP * np.linalg.cholesky(optimum.covariance).T
+    around = np.concatenate([optimum.z[None], optimum.z + axes, optimum.z - axes])
+    ranks = {}
+    for name, (values, true) in quantities(problem, around, known).items():
+        best, up, down = np.split(np.log(values), [1, 1 + len(axes)])
+        sd = np.linalg.norm(up - down) / (2.0 * STEP)
+        ranks[name] = float(norm.cdf((np.log(true) - best[0]) / sd))
+    return ranks
+
+
+def quantities(problem, z, known: dict[str, float]) -> dict:
+    """Every quantity at points z (n, size): its values (n,) and its truth."""
     import numpy as np
 
     from rigid.friction import FREQUENCIES
     from rigid.outcome import frictions, values_of
 
-    values = values_of(problem, drawn.z)
+    values = values_of(problem, z)
     curve = frictions(problem, values)[""]
     names = ["k_LC", "k_frame", *(k for k in values if k.startswith("kappa["))]
-    quantities = {name: (values[name], known[name]) for name in names}
+    found = {name: (values[name], known[name]) for name in names}
     for hertz in (0.01, 80.0, *HERTZ):
         at = int(np.argmin(np.abs(FREQUENCIES - hertz)))
         omega = 2 * np.pi * FREQUENCIES[at]
         true = complex_friction(known, omega)
         if hertz in HERTZ:
-            quantities[f"Re mu({hertz:g} Hz)"] = (curve.dissipative[:, at], true.real)
-            quantities[f"-omega Im mu({hertz:g} Hz)"] = (curve.storage[:, at], -omega * true.imag)
+            found[f"Re mu({hertz:g} Hz)"] = (curve.dissipative[:, at], true.real)
+            found[f"-omega Im mu({hertz:g} Hz)"] = (curve.storage[:, at], -omega * true.imag)
         else:
-            quantities[f"|mu({hertz:g} Hz)|"] = (curve.magnitude[:, at], abs(true))
-    return {
-        name: (true, weighted_rank(v, drawn.weight, true)) for name, (v, true) in quantities.items()
-    }
+            found[f"|mu({hertz:g} Hz)|"] = (curve.magnitude[:, at], abs(true))
+    return found
 
 
 def complex_friction(known: dict[str, float], omega: float) -> complex:
@@ -214,7 +242,7 @@ def halved(found):
     return eqx.tree_at(lambda q: q.parameters, problem, new)
 
 
-def verdict(rows: list[dict[str, str]]) -> str:
+def verdict(rows: list[dict[str, str]], column: str = "rank") -> str:
     """Table of coverage by quantity, campaigns as the unit, with the binomial band."""
     from scipy.stats import binom
 
@@ -230,7 +258,7 @@ def verdict(rows: list[dict[str, str]]) -> str:
         by_campaign: dict[str, list[float]] = {}
         for row in rows:
             if row["quantity"].split("[")[0] == key:
-                by_campaign.setdefault(row["seed"], []).append(float(row["rank"]))
+                by_campaign.setdefault(row["seed"], []).append(float(row[column]))
         n = len(by_campaign)
         if n == 0:
             continue
@@ -295,7 +323,8 @@ def main() -> int:
     rows = [row for p in sorted(args.out.glob(f"{name}.?.csv")) for row in rows_of(p)]
     today = datetime.datetime.now(datetime.UTC).date().isoformat()
     head = f"`python {' '.join(sys.argv)}`, commit {commit()}, {today}\n\n"
-    (args.out / f"{name}.md").write_text(head + verdict(rows) + "\n", encoding="utf-8")
+    text = f"{head}{verdict(rows)}\n\nTo first order:\n\n{verdict(rows, 'delta')}\n"
+    (args.out / f"{name}.md").write_text(text, encoding="utf-8")
     return 0
 
 
