@@ -162,11 +162,22 @@ def compared(spec_path: Path, law: str, seed: int, settings: str) -> dict:
     began = time.monotonic(), time.process_time()
     fitted = fit_laws(problem, laws(spec, problem), given_laws(spec), seed, lambda _: None)
     found = compare(fitted, seed)
-    made = as_dict(spec, found, None, seed)
+    made = told(as_dict(spec, found, None, seed))
     again = replicates(fitted, law, seed) if settings == "three" else None
     took = time.monotonic() - began[0], time.process_time() - began[1]
     made |= {"seconds": round(took[0], 1), "processor_s": round(took[1], 1)}
     return made | {"replicates": again}
+
+
+def told(answer: dict) -> dict:
+    """What the page rests on of laws.json, without differences by record and other priors."""
+    of_a_law = (
+        "law", "log_evidence", "log_evidence_error", "probability", "elpd_difference",
+        "elpd_error", "elpd_expected", "tied", "short_of_top",
+    )  # fmt: skip
+    kept = ("verdict", "law", "first", "tied", "next_record", "gap", "usable", "seed")
+    laws = [{k: law[k] for k in of_a_law if k in law} for law in answer["laws"]]
+    return {k: answer[k] for k in kept if k in answer} | {"laws": laws}
 
 
 def replicates(fitted: "Fitted", law: str, seed: int) -> dict[str, float]:
