@@ -307,7 +307,11 @@ def main() -> int:
         name += f"-correlation-{args.noise_correlation:g}"
     args.out.mkdir(parents=True, exist_ok=True)
     path = args.out / f"{name}.{part}.csv"
-    done = {row["seed"] for row in rows_of(path)}
+    begun = rows_of(path)
+    if begun and tuple(begun[0]) != COLUMNS:
+        sys.stderr.write(f"{path} is of an older study with other columns; give another --out\n")
+        return 2
+    done = {row["seed"] for row in begun}
     for number in range(args.first + part, args.campaigns, parts):
         seed = FIRST_SEED + number
         if str(seed) in done:
