@@ -9,6 +9,9 @@ from rigid.proposal import LogProb, MixtureProposal, Mode, Random, kish
 
 LEAST_WEIGHT = 1e-3
 """Of a mode, so that none found is never proposed."""
+ROUNDS = 4
+EVEN = 0.2
+"""Share of effective draws from which on one round is enough."""
 
 
 class Weighted(NamedTuple):
@@ -22,6 +25,12 @@ class Weighted(NamedTuple):
         """Weights (n,), the greatest 1."""
         return np.exp(self.log_weight - self.log_weight.max())
 
+    @property
+    def even(self) -> float:
+        """Share of effective draws, 1 where all weigh the same; 0 where none has a weight."""
+        some = np.any(np.isfinite(self.log_weight))
+        return kish(self.weight) / len(self.weight) if some else 0.0
+
 
 def drawn(log_prob: LogProb, law: MixtureProposal, rng: Random, draws: int) -> Weighted:
     """Draw of a law and weigh for a posterior; where that is no number the weight is nothing.
@@ -32,6 +41,34 @@ def drawn(log_prob: LogProb, law: MixtureProposal, rng: Random, draws: int) -> W
     raw = np.asarray(log_prob(z), dtype=float)
     finite = np.isfinite(raw)
     return Weighted(z, np.where(finite, raw, -np.inf) - law.log_density(z))
+
+
+def adapted(
+    log_prob: LogProb, first: MixtureProposal, rng: Random, draws: int, dof: float
+) -> MixtureProposal:
+    """Fit a law to a posterior, from as many rounds of draws as it takes, ROUNDS at most.
+
+    - log_prob: (n, d) -> (n,), unnormalised log posterior. - first: law around its modes.
+    - draws: in each round. - dof: of the new law.
+
+    One round is enough where the weights of its draws are even. Else each draws of the law fitted
+    to all draws before, weighted by the mixture of the laws that they came from, and the law whose
+    own draws had the most even weights is taken.
+
+    Source: Cornuet et al. (2012), adaptive multiple importance sampling.
+    """
+    laws, shares = [first], []
+    z, raw = np.empty((0, first.dimension)), np.empty(0)
+    for _ in range(ROUNDS):
+        fresh = drawn(log_prob, laws[-1], rng, draws)
+        z = np.concatenate([z, fresh.z])
+        raw = np.concatenate([raw, fresh.log_weight + laws[-1].log_density(fresh.z)])
+        mixed = np.logaddexp.reduce([law.log_density(z) for law in laws], axis=0)
+        shares.append(fresh.even)
+        laws.append(fitted(first, Weighted(z, raw - mixed), dof))
+        if shares[-1] >= EVEN:
+            return laws[-1]
+    return laws[int(np.argmax(shares))]
 
 
 def fitted(law: MixtureProposal, found: Weighted, dof: float) -> MixtureProposal:

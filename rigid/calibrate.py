@@ -12,8 +12,9 @@ import numpy as np
 from tqdm import tqdm
 
 from rigid import __version__
-from rigid.adaptation import LEAST_WEIGHT, drawn, fitted
+from rigid.adaptation import LEAST_WEIGHT, adapted
 from rigid.catalogue import marks
+from rigid.chart import Chart, chart_of
 from rigid.checkpoint import Checkpoint
 from rigid.cli import Options, say
 from rigid.curvature import sharpened
@@ -21,10 +22,10 @@ from rigid.friction import FREQUENCIES, Friction
 from rigid.outcome import Channel, channels, evaluations, frictions, sensor_draws, values_of
 from rigid.posterior import stack
 from rigid.problem import Problem, log_density, log_posterior, walkers
-from rigid.proposal import MixtureProposal, Mode, ModeWeights, mode_weights
+from rigid.proposal import MixtureProposal, ModeWeights, mode_weights
 from rigid.records.record import Record
 from rigid.sample import Draws, Settings, Status, sample
-from rigid.search import Found, Optimum, compile_programs, search
+from rigid.search import Found, compile_programs, search
 from rigid.searched import Searched, load, save
 from rigid.spec import Spec
 
@@ -110,7 +111,8 @@ def calibrate(
     compile_programs(problem)
     compile_s = time.monotonic() - began
     say(options, f"{problem.parameters.size} parameters, compiled in {compile_s:.0f} s")
-    mark = fingerprint(spec, records, seed) | marks(problem.effects)
+    walked = {"coordinates": ", ".join(chart_of(problem).names)}
+    mark = fingerprint(spec, records, seed) | marks(problem.effects) | walked
     known = load(folder, mark, problem) if options.resume else None
     if known is None:
         known = _searched(spec, problem, seed, options)
@@ -143,14 +145,15 @@ def trusted(found: Found, seed: int, remade: Callable[[], None] = lambda: None) 
 
 
 def propose(found: Found, rng: np.random.Generator) -> tuple[MixtureProposal, ModeWeights]:
-    """Return a mixture of laws fitted to the posterior around the modes, and their weights."""
+    """Return a mixture of laws fitted to the posterior around the modes, and their weights.
 
-    def density(z: np.ndarray) -> np.ndarray:
-        return log_density(found.problem, z)
-
-    modes = tuple(mode_of(o) for o in found.optima)
+    The laws are in the coordinates of the problem's chart.
+    """
+    chart = chart_of(found.problem)
+    density = chart.density(lambda z: log_density(found.problem, z))
+    modes = tuple(chart.mode(o) for o in found.optima)
     first = MixtureProposal(modes, np.ones(len(modes)), FIRST_DOF)
-    law = fitted(first, drawn(density, first, rng, MODE_DRAWS * len(modes)), DOF)
+    law = adapted(density, first, rng, MODE_DRAWS * len(modes), DOF)
     weights = mode_weights(density, law.modes, rng, MODE_DRAWS, DOF)
     floored = np.maximum(weights.weights, LEAST_WEIGHT)
     return MixtureProposal(law.modes, floored / floored.sum(), DOF), weights
@@ -158,11 +161,6 @@ def propose(found: Found, rng: np.random.Generator) -> tuple[MixtureProposal, Mo
 
 def _advance(bar: tqdm, done: int) -> None:
     bar.update(done - bar.n)
-
-
-def mode_of(optimum: Optimum) -> Mode:
-    """Return the Gaussian around an optimum as a mode of the mixture."""
-    return Mode(optimum.z, np.linalg.cholesky(optimum.covariance), optimum.log_posterior)
 
 
 def fingerprint(spec: Spec, records: tuple[Record, ...], seed: int) -> dict[str, str]:
@@ -187,6 +185,7 @@ def _sampled(
     """Run the ensembles under the spec's stopping rule, with a progress bar."""
     seed, options = run
     problem, rule = found.problem, spec.sampler
+    chart = chart_of(problem)
     settings = Settings(
         ensembles=rule.ensembles,
         walkers=rule.walkers or walkers(problem),
@@ -195,11 +194,9 @@ def _sampled(
         r_hat=rule.r_hat,
         ess=rule.ess,
         seed=seed,
-        names=problem.parameters.labels,
+        names=chart.names,
     )
-
-    def density(z: np.ndarray) -> np.ndarray:
-        return np.asarray(log_posterior(problem, jnp.asarray(z)))
+    density = chart.density(lambda z: np.asarray(log_posterior(problem, jnp.asarray(z))))
 
     with tqdm(total=rule.max_steps, disable=options.quiet, desc="steps") as bar:
 
@@ -211,14 +208,18 @@ def _sampled(
                     f"ESS {status.ess:.0f} of {rule.ess:.0f} ({status.ess_name})"
                 )
 
-        return sample(density, proposal, settings, partial(_monitored, problem), checkpoint, report)
+        monitor = partial(_monitored, problem, chart)
+        draws = sample(density, proposal, settings, monitor, checkpoint, report)
+    return dataclasses.replace(draws, z=chart.standard(draws.z))
 
 
-def _monitored(problem: Problem, z: np.ndarray) -> dict[str, np.ndarray]:
-    """What else must have converged: |mu| at both ends of its range, (n,) each."""
+def _monitored(problem: Problem, chart: Chart, u: np.ndarray) -> dict[str, np.ndarray]:
+    """What else must have converged, (n,) each: parts of sums, |mu| at both ends of its range."""
     release = int(np.argmin(abs(FREQUENCIES - 80.0)))
+    z = chart.standard(u)
     views = frictions(problem, values_of(problem, z))
-    return {
+    labels = problem.parameters.labels
+    return {labels[place]: z[:, place] for one in chart.sums for place in one.places} | {
         f"|mu| at {frequency:g} Hz {label}".strip(): view.magnitude[:, at]
         for label, view in views.items()
         for frequency, at in ((0.01, 0), (80.0, release))

@@ -11,6 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from rigid.chart import chart_of
 from rigid.problem import log_density
 from rigid.search import Found, Optimum
 
@@ -24,11 +25,12 @@ Density = Callable[[np.ndarray], np.ndarray]
 
 def sharpened(found: Found) -> Found:
     """Return a search with the law around each optimum made anew, best optimum first."""
-
-    def density(z: np.ndarray) -> np.ndarray:
-        return log_density(found.problem, z)
-
-    optima = [_stepped(density, optimum) for optimum in found.optima]
+    chart = chart_of(found.problem)
+    density = chart.density(lambda z: log_density(found.problem, z))
+    optima = [
+        chart.standardised(_stepped(density, chart.straightened(optimum)))
+        for optimum in found.optima
+    ]
     return dataclasses.replace(
         found, optima=tuple(sorted(optima, key=lambda one: -one.log_posterior))
     )

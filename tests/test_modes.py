@@ -8,7 +8,8 @@ import pytest
 from rigs import BASE, SHEETS, effects, parameters, problem, track
 
 from rigid import convergence
-from rigid.calibrate import DOF, mode_of, propose
+from rigid.calibrate import DOF, propose
+from rigid.chart import chart_of
 from rigid.groups import ReleaseGroup
 from rigid.priors import Fixed, LogUniform
 from rigid.problem import Problem, log_density, log_posterior
@@ -82,7 +83,7 @@ def test_weights_of_the_modes_are_those_of_the_grid(found: Found, release: Probl
 def test_a_chain_has_them_in_proportion_wherever_most_walkers_begin(
     found: Found, release: Problem, grid, begin: int
 ):
-    modes = tuple(mode_of(o) for o in found.optima)
+    modes = tuple(chart_of(release).mode(o) for o in found.optima)
     law = np.full(2, 0.1)
     law[begin] = 0.9
     proposal = MixtureProposal(modes, law, DOF)

@@ -79,6 +79,8 @@ class ParameterInfo:
     - `unit`: SI.
     - `absent`: the value at which the effect is not there; None where there is no such value.
     - `priors`: one a priori law for each element.
+    - `part_of`: name of a sum that records know far better than its parts, those of other effects
+      included; None where there is none.
     """
 
     name: str
@@ -86,6 +88,7 @@ class ParameterInfo:
     unit: str
     absent: float | None
     priors: tuple[PriorDescription, ...]
+    part_of: str | None = None
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -96,11 +99,20 @@ class ParameterInfo:
 
 
 def parameter(
-    name: str, symbol: str, unit: str, *priors: PriorDescription, absent: float | None = None
+    name: str,
+    symbol: str,
+    unit: str,
+    *priors: PriorDescription,
+    absent: float | None = None,
+    part_of: str | None = None,
 ) -> Any:
     """Declare a field of an effect as a parameter; several priors make it a vector."""
-    info = ParameterInfo(name, symbol, unit, absent, priors)
+    info = ParameterInfo(name, symbol, unit, absent, priors, part_of)
     return eqx.field(metadata={"parameter": info}, converter=jnp.asarray)
+
+
+STEADY_FRICTION = "mu(0)"
+"""The friction of steady running; every friction proportional to the speed has its part in it."""
 
 
 class State(NamedTuple):

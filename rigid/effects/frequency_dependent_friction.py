@@ -6,7 +6,14 @@ from typing import ClassVar
 
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, lognormal, parameter
+from rigid.effects.base import (
+    STEADY_FRICTION,
+    AbstractEffect,
+    Action,
+    State,
+    lognormal,
+    parameter,
+)
 
 
 class FrequencyDependentFriction(AbstractEffect):
@@ -18,7 +25,13 @@ class FrequencyDependentFriction(AbstractEffect):
     """
 
     branch_friction: Array = parameter(
-        "mu_branch", r"\mu_i", "N s/m", lognormal(5e5, 5.0), lognormal(1e5, 5.0), absent=0.0
+        "mu_branch",
+        r"\mu_i",
+        "N s/m",
+        lognormal(5e5, 5.0),
+        lognormal(1e5, 5.0),
+        absent=0.0,
+        part_of=STEADY_FRICTION,
     )
     branch_time: Array = parameter(
         "tau_branch", r"\tau_i", "s", lognormal(0.2, 2.0), lognormal(8e-3, 2.0)

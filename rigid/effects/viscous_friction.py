@@ -5,13 +5,22 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, lognormal, parameter
+from rigid.effects.base import (
+    STEADY_FRICTION,
+    AbstractEffect,
+    Action,
+    State,
+    lognormal,
+    parameter,
+)
 
 
 class ViscousFriction(AbstractEffect):
     """Friction F_f = -mu v_SS on the plunger; beside branches with memory, mu is the rest."""
 
-    coefficient: Array = parameter("mu", r"\mu", "N s/m", lognormal(1e5, 10.0), absent=0.0)
+    coefficient: Array = parameter(
+        "mu", r"\mu", "N s/m", lognormal(1e5, 10.0), absent=0.0, part_of=STEADY_FRICTION
+    )
 
     name: ClassVar[str] = "viscous-friction"
     equation: ClassVar[str] = "plunger-momentum"

@@ -13,6 +13,7 @@ import numpy as np
 
 from rigid.assemble import assemble
 from rigid.calibrate import propose
+from rigid.chart import chart_of
 from rigid.problem import Problem, log_posterior, walkers
 from rigid.proposal import MixtureProposal
 from rigid.records.read import read_records
@@ -72,12 +73,13 @@ class Bench:
 
     @cached_property
     def proposal(self) -> MixtureProposal:
-        """The mixture that the fit lays over the modes."""
+        """The mixture that the fit lays over the modes, in the chart's coordinates."""
         return propose(self.found, np.random.default_rng([SEED, 1]))[0]
 
     def draws(self, count: int) -> np.ndarray:
         """Points z (count, size) as walkers visit them, from the mixture over the modes."""
-        return self.proposal.sample(np.random.RandomState(SEED), count)
+        chart = chart_of(self.problem)
+        return chart.standard(self.proposal.sample(np.random.RandomState(SEED), count))
 
     @cached_property
     def speed(self) -> "Speed":

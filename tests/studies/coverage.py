@@ -12,10 +12,9 @@ colours the noise; `--wide-friction` draws the friction from the fit's own prior
 The posterior is that of the command, from fewer starts; it is summed over weighted draws of the
 law around its modes (importance.py), until they are worth 500 independent ones. Where
 that law does not fit (Pareto shape above 0.7) or with `--chain`, the command's sampler draws.
-Beside it stand the rank in draws of the Gaussian law around the best fit and, as `delta`, in the
-Gaussian law of each quantity's logarithm itself, to first order: where the records know a sum of
-parameters far better than its parts, draws of the former leave the bent valley in which the sum is
-right. `--gaussian` gives these alone.
+Beside it stand the rank in draws of the law around the best fit that is Gaussian in the chart's
+coordinates and, as `delta`, in the Gaussian law of each quantity's logarithm itself, to first
+order. `--gaussian` gives these alone.
 `--from-truth` begins the search at what made the campaign, where draws of the prior would take a
 hundred slow steps to the same optimum; that they do is for `--first` and `--campaigns` to show on
 some.
@@ -77,15 +76,19 @@ def by_chain(problem, proposal, seed: int) -> "Drawn":
     import numpy as np
     from importance import ESS, Drawn
 
+    from rigid.chart import chart_of
     from rigid.problem import log_posterior, walkers
     from rigid.sample import Settings, sample
 
+    chart = chart_of(problem)
+
     settings = Settings(
-        ensembles=2, walkers=walkers(problem), block=50, max_steps=1000, r_hat=1.03,
-        ess=ESS, seed=seed, names=problem.parameters.labels,
+        ensembles=2, walkers=walkers(problem), block=50, max_steps=3000, r_hat=1.03,
+        ess=ESS, seed=seed, names=chart.names,
     )  # fmt: skip
-    draws = sample(lambda z: np.asarray(log_posterior(problem, jnp.asarray(z))), proposal, settings)
-    z = draws.z.reshape(-1, draws.z.shape[-1])
+    density = chart.density(lambda z: np.asarray(log_posterior(problem, jnp.asarray(z))))
+    draws = sample(density, proposal, settings)
+    z = chart.standard(draws.z.reshape(-1, draws.z.shape[-1]))
     return Drawn(z, np.ones(len(z)), draws.converged)
 
 
@@ -100,6 +103,7 @@ def one_campaign(seed: int, args: argparse.Namespace) -> list[dict]:
 
     from rigid.assemble import assemble
     from rigid.calibrate import propose
+    from rigid.chart import chart_of
     from rigid.errors import InputError
     from rigid.generator.campaign import Conditions, campaign
     from rigid.outcome import channels, overall_gap
@@ -126,7 +130,9 @@ def one_campaign(seed: int, args: argparse.Namespace) -> list[dict]:
         found = search(problem, args.starts, seed)
     if args.halve_noise:
         found = search(halved(found), args.starts, seed)
-    gauss = Drawn(gaussian(found.optima[0], rng, BATCH), np.ones(BATCH), True)
+    chart = chart_of(found.problem)
+    u = gaussian(chart.straightened(found.optima[0]), rng, BATCH)
+    gauss = Drawn(chart.standard(u), np.ones(BATCH), True)
     drawn = gauss
     if not args.gaussian:
         law = propose(found, rng)[0]

@@ -6,11 +6,12 @@ import numpy as np
 
 from rigid.adaptation import drawn
 from rigid.calibrate import UNRELIABLE
+from rigid.chart import chart_of
 from rigid.problem import Problem, log_density
 from rigid.proposal import MixtureProposal, kish, pareto_shape
 
 ESS = 500.0
-BATCH, MOST_DRAWS = 2048, 6_144
+BATCH, MOST_DRAWS = 2048, 12_288
 
 
 class Drawn(NamedTuple):
@@ -22,11 +23,16 @@ class Drawn(NamedTuple):
 
 
 def weighted(problem: Problem, law: MixtureProposal, rng: np.random.Generator) -> Drawn:
-    """Draw of a law until the weights are worth ESS independent draws, and reliable."""
+    """Draw of a law until the weights are worth ESS independent draws, and reliable.
+
+    - law: in the coordinates of the problem's chart, as `propose` gives it.
+    """
+    chart = chart_of(problem)
+    density = chart.density(lambda z: log_density(problem, z))
     draws, logs = [], []
     while True:
-        z, log_weight = drawn(lambda z: log_density(problem, z), law, rng, BATCH)
-        draws.append(z)
+        u, log_weight = drawn(density, law, rng, BATCH)
+        draws.append(chart.standard(u))
         logs.append(log_weight)
         every = np.concatenate(logs)
         weight = np.exp(every - every.max())

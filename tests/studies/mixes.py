@@ -86,11 +86,13 @@ class Found:
     def of(self, campaign: str):
         """The search of a campaign, and both laws by name."""
         if campaign not in self.known:
-            from rigid.calibrate import mode_of, trusted
+            from rigid.calibrate import trusted
+            from rigid.chart import chart_of
             from rigid.proposal import MixtureProposal
 
             found = problem_of(campaign, self.folder)
-            modes = tuple(mode_of(o) for o in found.optima)
+            chart = chart_of(found.problem)
+            modes = tuple(chart.mode(o) for o in found.optima)
             found, law, weights = trusted(found, SEED)
             plain = MixtureProposal(modes, np.ones(len(modes)) / len(modes), law.dof)
             self.known[campaign] = found, dict(zip(LAWS, (plain, law), strict=True)), weights
@@ -102,6 +104,7 @@ def measured(run: Run, found: Found) -> dict:
     import jax.numpy as jnp
 
     from rigid import convergence, moves
+    from rigid.chart import chart_of
     from rigid.problem import log_posterior, walkers
     from rigid.sample import Settings, sample
 
@@ -113,9 +116,9 @@ def measured(run: Run, found: Found) -> dict:
     )  # fmt: skip
     # The command has one mix; a study of others has to put them in its place.
     moves.INDEPENDENCE, moves.EVOLUTION, moves.SNOOKER = MIXES[run.mix]
-    draws = sample(
-        lambda z: np.asarray(log_posterior(problem, jnp.asarray(z))), laws[run.law], settings
-    )
+    chart = chart_of(problem)
+    density = chart.density(lambda z: np.asarray(log_posterior(problem, jnp.asarray(z))))
+    draws = sample(density, laws[run.law], settings)
     told = [convergence.diagnose(str(i), draws.z[..., i]) for i in range(draws.z.shape[-1])]
     least, worst = convergence.least_ess(told), convergence.worst_r_hat(told)
     assert least is not None
