@@ -66,7 +66,7 @@ def test_a_rough_bore_is_found_with_its_length():
     local, programs = fitted(campaign(1, FORCE))
     bench = laid_out(local, programs, CHOICE, Shelf())
     explained = weigh(local, bench, 1)
-    target, bundle = explained.bundles[int(np.argmax(explained.bundle))]
+    target, bundle = explained.likeliest
     assert (target.kind, target.equation) == ("force", "plunger-momentum")
     span = 0.2  # m, at least, of stroke in each record
     assert target.period == pytest.approx(LENGTH, abs=LENGTH**2 / (FINER * span))

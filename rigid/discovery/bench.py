@@ -10,6 +10,8 @@ from rigid.discovery.candidates import EVENT, Candidate, candidates, events
 from rigid.discovery.families import Effects, Family
 from rigid.discovery.lines import Line, lines
 from rigid.discovery.local import Local
+from rigid.discovery.shifts import shifts
+from rigid.discovery.straight import straight
 from rigid.discovery.traces import traces
 from rigid.discovery.waves import waves
 from rigid.shelf import Arrays, Shelf
@@ -40,7 +42,8 @@ def laid_out(base: Local, programs: tuple[Family, ...], effects: Effects, shelf:
     beating = [e for e in placed if e.beat is not None]
 
     def make() -> Arrays:
-        hidden = together([bumps(base, programs[0]), waves(base)])
+        curves = bumps(base, programs[0])
+        hidden = together([curves, waves(base), shifts(base), straight(curves)])
         beats = [lines(base, programs, e) for e in beating]
         return {
             "traces": np.concatenate(

@@ -12,6 +12,8 @@ from rigid.discovery.samples import Layout
 from rigid.discovery.traces import Way, changes, reads, rows_of
 
 SLOW_BUMPS, RELEASE_BUMPS, STATE_BUMPS = 10, 10, 6
+KINDS = "kind of record"
+"""What a constant that is none goes by."""
 RELEASE_SPAN = 0.05
 """Seconds after a release in which a hidden force is looked for: half of what rings."""
 
@@ -19,11 +21,12 @@ RELEASE_SPAN = 0.05
 class Target(NamedTuple):
     """What a bundle of bumps acts on.
 
-    - `kind`: "force", "drag", "flow", "spring", or the quantity whose sensor is distorted.
+    - `kind`: "force", "drag", "flow", "spring", the quantity whose sensor is distorted, or the
+      label of a constant that differs between KINDS.
     - `equation`. - `variable`: what the bumps follow. - `track`: one record's alone, or None.
     - `period` [m]: of a wave, which has a cosine and a sine in place of bumps.
     - `log_share`: log of the share of its prior that it stands for, where it is the best of so many
-      `tried`.
+      `tried`. - `form`: of what is straight over its variable; "" for bumps.
     """
 
     kind: str
@@ -33,6 +36,16 @@ class Target(NamedTuple):
     period: float | None = None
     log_share: float = 0.0
     tried: int = 1
+    form: str = ""
+
+    @property
+    def sort(self) -> str:
+        """Sort of hidden thing; each has the same share of what one would bet on hidden things."""
+        if self.variable == KINDS:
+            return "shift"
+        if self.form:
+            return "straight"
+        return "time" if self.variable == "time" else "curve"
 
 
 class Bumps(NamedTuple):

@@ -63,7 +63,12 @@ class Explained:
     @property
     def unnamed(self) -> float:
         """Log Bayes factor of something hidden, averaged over all that was tried."""
-        return float(_mean(self.bundle))
+        return float(np.asarray(logsumexp(self.bundle + shares(self.bundles))))
+
+    @property
+    def likeliest(self) -> tuple[Target, Bundle]:
+        """The hidden thing that is the most probable."""
+        return self.bundles[int(np.argmax(self.bundle + shares(self.bundles)))]
 
     def alike(self, name: str) -> tuple[str, ...]:
         """Effects whose trace is that of an effect, itself among them."""
@@ -74,6 +79,16 @@ class Explained:
         """Number of the candidate of an effect that explains most."""
         mine = [i for i, one in enumerate(self.listed) if one.effect.name == name]
         return mine[int(np.argmax(self.candidate[mine]))]
+
+
+def shares(bundles: Sequence[tuple[Target, Bundle]]) -> np.ndarray:
+    """Log of what one would bet on each hidden thing (b,): sorts alike, and each within its sort.
+
+    Else the many stretches of time of many records would leave nothing for a plain leak.
+    """
+    sorts = [target.sort for target, _ in bundles]
+    counts = np.array([sorts.count(sort) for sort in sorts])
+    return -np.log(counts * max(len(set(sorts)), 1))
 
 
 def _mean(logs: np.ndarray) -> np.ndarray:
@@ -173,7 +188,8 @@ def _totals(found: Explained, slope: np.ndarray) -> np.ndarray:
     for i, curve in enumerate(curves_of_all(found.listed, size, Z_GRID)):
         parts.setdefault(names[i], []).append(np.interp(slope[:, i] / size[i], Z_GRID, curve))
     effects = [_mean(np.stack(logs, axis=-1)) for logs in parts.values()]
-    hidden = _mean(np.stack([b.log_bayes(slope) + t.log_share for t, b in found.bundles], axis=-1))
+    each = np.stack([b.log_bayes(slope) + t.log_share for t, b in found.bundles], axis=-1)
+    hidden = np.asarray(logsumexp(each + shares(found.bundles), axis=-1))
     prior = prior_of(len(effects))
     weighed = [*(e + np.log(prior[1]) for e in effects), hidden + np.log(PRIOR_UNNAMED)]
     return np.logaddexp.reduce(np.stack(weighed), axis=0)

@@ -115,6 +115,9 @@ def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> St
             f"{_left_out(step.judged)} A placebo, an effect with another trace, explains "
             f"{100 * step.placebo:.0f} % as much."
         )
+    hidden = hidden_shown(step, outcome) if step.chosen is None else None
+    if hidden is not None:
+        sentences.append(f"What explains most: {hidden.name}, {hidden.words}.")
     if step.next_record:
         sentences.append(f"The record that would tell most: {step.next_record}.")
     return StepContent(
@@ -127,7 +130,7 @@ def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> St
         moved=_moved(step),
         gaps=_gaps(told["gap"]),
         residuals=_residuals(step),
-        hidden=hidden_shown(step, outcome) if step.chosen is None else None,
+        hidden=hidden,
     )
 
 

@@ -5,11 +5,14 @@ import numpy as np
 from rigid.discovery.bumps import Target
 from rigid.discovery.formula import simplest
 from rigid.discovery.hidden import UNITS
+from rigid.discovery.straight import FORMS
 from rigid.discovery.workflow import Outcome, Step
 from rigid.plots.discovery import HiddenShown
 
 WAVE_POINTS = 41
 
+SYMBOLS = {"time": "t", "pressure": "p", "stroke": "x", "speed": "v", "load": "x",
+           "cylinder speed": "v"}  # fmt: skip
 TARGET_UNITS = {
     "force": "N",
     "drag": "N",
@@ -34,23 +37,21 @@ TARGET_NAMES = {
 
 def hidden_shown(step: Step, outcome: Outcome) -> HiddenShown:
     """The hidden thing that explains most, with its simplest formula."""
-    found = step.explained
-    target, bundle = found.bundles[int(np.argmax(found.bundle))]
-    mean, covariance = bundle.amplitudes(found.screening.slope)
+    target, bundle = step.explained.likeliest
+    mean, covariance = bundle.amplitudes(step.explained.screening.slope)
     if target.period is not None:
         return _wave(target, mean, covariance)
-    columns = bundle.columns - len(found.listed)
+    if target.sort == "shift":
+        return _shift(outcome, target, mean, covariance)
+    if target.form:
+        return _straight(outcome, target, float(mean[0]), float(np.sqrt(covariance[0, 0])))
+    columns = bundle.columns - len(step.explained.listed)
     place = outcome.bench.bumps.centre[columns]
-    symbol = {"time": "t", "pressure": "p", "stroke": "x", "speed": "v", "load": "x",
-              "cylinder speed": "v"}  # fmt: skip
-    formula = simplest(place, mean, covariance, symbol.get(target.variable, "y"))
+    formula = simplest(place, mean, covariance, SYMBOLS.get(target.variable, "y"))
     order = np.argsort(place, kind="stable")
-    unit = UNITS.get(target.variable, TARGET_UNITS.get(target.kind, "1"))
-    if (target.kind, target.variable) == ("spring", "load"):
-        unit = "m"
     return HiddenShown(
         variable=target.variable,
-        variable_unit=unit,
+        variable_unit=_unit_of(target),
         name=TARGET_NAMES.get(target.kind, target.kind),
         unit=TARGET_UNITS.get(target.kind, "N"),
         place=place[order],
@@ -58,6 +59,74 @@ def hidden_shown(step: Step, outcome: Outcome) -> HiddenShown:
         sd=np.sqrt(np.maximum(np.diag(covariance), 0.0))[order],
         formula=formula.values[order],
         words=formula.words,
+    )
+
+
+def _unit_of(target: Target) -> str:
+    """Unit of what a hidden thing goes by."""
+    if (target.kind, target.variable) == ("spring", "load"):
+        return "m"
+    return UNITS.get(target.variable, TARGET_UNITS.get(target.kind, "1"))
+
+
+def _straight(outcome: Outcome, target: Target, number: float, sd: float) -> HiddenShown:
+    """A line over the range of what it goes by."""
+    all_of_it = outcome.bench.bumps
+    there = [t[:3] == target[:3] and not t.form for t in all_of_it.target]
+    place = np.unique(all_of_it.centre[np.array(there)])
+    shape = FORMS[target.form](place)
+    symbol = SYMBOLS.get(target.variable, "y")
+    over = {"constant": "", "proportional": f" {symbol}", "sign": f" sgn({symbol})"}[target.form]
+    return HiddenShown(
+        variable=target.variable,
+        variable_unit=_unit_of(target),
+        name=TARGET_NAMES.get(target.kind, target.kind),
+        unit=TARGET_UNITS.get(target.kind, "N"),
+        place=place,
+        mean=number * shape,
+        sd=sd * np.abs(shape),
+        formula=number * shape,
+        words=f"{number:.3g}{over}",
+    )
+
+
+def _shift(
+    outcome: Outcome, target: Target, mean: np.ndarray, covariance: np.ndarray
+) -> HiddenShown:
+    """A constant in each kind of record, as a multiple of that in the kind that knows it best.
+
+    What all kinds have in common the fit has absorbed; records tell of differences alone.
+
+    - `mean` (m,), `covariance` (m, m): of its departures, in prior sds.
+    """
+    local, bumps = outcome.base, outcome.bench.bumps
+    at = local.hypothesis.labels.index(target.kind)
+    law, z = local.hypothesis.parameters[at].law, local.w[at]
+    mine = [n for n, t in enumerate(bumps.target) if t == target]
+    kinds = tuple(local.layout.kinds[int(bumps.centre[n])] for n in mine)
+    own = np.diag(covariance)
+    first = int(np.argmin(own))
+    away = mean - mean[first]
+    sd = np.sqrt(np.maximum(own + own[first] - 2.0 * covariance[first], 0.0))
+    common = float(law.from_standard(z))
+    ratio, upper = (np.asarray(law.from_standard(z + d)) / common for d in (away, away + sd))
+    reach = 1.645 * np.abs(upper - ratio)
+    told = ", ".join(
+        f"{r:.3g} +- {b:.2g} in {kind} records"
+        for r, b, kind in zip(ratio, reach, kinds, strict=True)
+        if kind != kinds[first]
+    )
+    return HiddenShown(
+        variable=target.variable,
+        variable_unit="1",
+        name=f"{target.kind} over that in {kinds[first]} records",
+        unit="1",
+        place=np.arange(len(kinds), dtype=float),
+        mean=ratio,
+        sd=np.abs(upper - ratio),
+        formula=np.ones(len(kinds)),
+        words=told,
+        kinds=kinds,
     )
 
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rigid.discovery.bench import Bench, laid_out
+from rigid.discovery.bumps import Target
 from rigid.discovery.explain import Explained, explain
 from rigid.discovery.families import Effects, families
 from rigid.discovery.further import next_record
@@ -220,7 +221,7 @@ def _step(
     verdict, probability = verdict_of(found, said), dict(said.probability)
     chosen = max(refits, key=lambda n: probability[n], default=None)
     if verdict == "unnamed" or chosen is None:
-        target, change = _hidden(found, bench)
+        target, change = _hidden(found, bench, local)
         gain = local.terms.score * change - 0.5 * local.terms.bend * change**2
         there = place(local, gain, change)
         return Step("unnamed", found, probability, refits, None, there, target.equation, None, 0.0)
@@ -260,12 +261,14 @@ def _further(
     return None if proposal is None else f"{proposal.words} ({proposal.apart:.1f}; 1.64 parts them)"
 
 
-def _hidden(found: Explained, bench: Bench) -> tuple:
-    """The hidden thing that explains most, and the change of every reading that it makes (n,)."""
-    target, bundle = found.bundles[int(np.argmax(found.bundle))]
+def _hidden(found: Explained, bench: Bench, local: Local) -> tuple[Target, np.ndarray]:
+    """The hidden thing that explains most, and what it changes once the fit has given way (n,)."""
+    target, bundle = found.likeliest
     mean, _ = bundle.amplitudes(found.screening.slope)
     columns = bundle.columns - len(found.listed)
-    return target, bench.bumps.columns[:, columns] @ mean
+    change = bench.bumps.columns[:, columns] @ mean
+    pull = local.design.T @ (local.terms.bend * change)
+    return target, change - local.design @ np.linalg.solve(local.information, pull)
 
 
 def _placebo(found: Explained, chosen: str) -> float:

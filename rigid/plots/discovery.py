@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rigid.plots import metrology
@@ -36,6 +37,7 @@ class HiddenShown:
 
     - `variable`, `variable_unit`, `name`, `unit`. - `place`, `mean`, `sd` (n,).
     - `formula`: values (n,) of the simplest formula that fits, and its words.
+    - `kinds`: of records, where the places are these.
     """
 
     variable: str
@@ -47,6 +49,7 @@ class HiddenShown:
     sd: Float[np.ndarray, " n"]
     formula: Float[np.ndarray, " n"]
     words: str
+    kinds: tuple[str, ...] = ()
 
 
 def residuals_figure(shown: Sequence[ResidualShown], simulated: bool) -> Figure:
@@ -103,6 +106,9 @@ def hidden_figure(shown: HiddenShown, simulated: bool) -> Figure:
     with house_style():
         figure = new_figure(2.8, simulated)
         axes = figure.add_subplot()
+        if shown.kinds:
+            _by_kind(axes, shown)
+            return figure
         across, unit_x = metrology.axis(shown.place, shown.variable_unit)
         up, unit_y = metrology.axis(shown.mean, shown.unit)
         x, y, sd = shown.place * across, shown.mean * up, shown.sd * up
@@ -114,3 +120,16 @@ def hidden_figure(shown: HiddenShown, simulated: bool) -> Figure:
         axes.set_ylabel(f"{shown.name} [{unit_y}]")
         axes.legend()
     return figure
+
+
+def _by_kind(axes: Axes, shown: HiddenShown) -> None:
+    """A constant in every kind of record, beside the one value that the model gives it."""
+    axes.errorbar(
+        shown.place, shown.mean, yerr=1.645 * shown.sd, fmt="o", color=BLUE, markersize=4,
+        label="inferred, with 90 % interval",
+    )  # fmt: skip
+    axes.axhline(1.0, color=VERMILION, linestyle="--", label="the same in all records")
+    axes.set_xlim(-0.5, len(shown.kinds) - 0.5)
+    axes.set_xticks(shown.place, shown.kinds)
+    axes.set_ylabel(shown.name)
+    axes.legend()
