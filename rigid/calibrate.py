@@ -134,7 +134,7 @@ def trusted(found: Found, seed: int, remade: Callable[[], None] = lambda: None) 
     """Fit a law to the posterior around the modes of a search.
 
     Where the laws around the best fits do not cover it they are made anew from differences, which
-    `remade` is told.
+    `remade` is told. The law is in the coordinates of the problem's chart.
     """
     law, weights = propose(found, np.random.default_rng([seed, 1]))
     if weights.pareto_k < UNRELIABLE:

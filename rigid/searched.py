@@ -19,7 +19,7 @@ NAME = "search.npz"
 
 
 class Searched(NamedTuple):
-    """A search, the law laid over its modes, and how much of the posterior each holds."""
+    """A search, the law over its modes in the chart's coordinates, and how much each mode holds."""
 
     found: Found
     law: MixtureProposal
