@@ -83,7 +83,7 @@ def by_chain(problem, proposal, seed: int) -> "Drawn":
     chart = chart_of(problem)
 
     settings = Settings(
-        ensembles=2, walkers=walkers(problem), block=50, max_steps=3000, r_hat=1.03,
+        ensembles=2, walkers=walkers(problem), block=50, max_steps=1000, r_hat=1.03,
         ess=ESS, seed=seed, names=chart.names,
     )  # fmt: skip
     density = chart.density(lambda z: np.asarray(log_posterior(problem, jnp.asarray(z))))
