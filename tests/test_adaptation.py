@@ -1,8 +1,9 @@
 """The law over the modes, fitted to weighted draws of it."""
 
 import numpy as np
+import pytest
 
-from rigid.adaptation import Weighted, drawn, fitted
+from rigid.adaptation import EVEN, Weighted, adapted, drawn, fitted
 from rigid.proposal import MixtureProposal, Mode, kish
 
 SIZE, DRAWS, DOF = 12, 8192, 16.0
@@ -60,3 +61,31 @@ def test_two_modes_are_weighed_and_each_is_moved():
     np.testing.assert_allclose(got.weights, [0.25, 0.75], atol=0.03)
     for mode, mean in zip(got.modes, moved, strict=True):
         np.testing.assert_allclose(mode.mean, mean, atol=0.15)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_law_too_narrow_for_one_round_is_fitted_in_several(seed: int):
+    """One draw of the first in a hundred counts; half as wide as the posterior on three axes."""
+    mean, width = np.zeros(SIZE), np.ones(SIZE)
+    mean[0], width[:3] = 0.8, 2.2
+
+    def target(z: np.ndarray) -> np.ndarray:
+        return -0.5 * (((z - mean) / width) ** 2).sum(axis=1)
+
+    rng = np.random.default_rng(seed)
+    found = drawn(target, START, rng, 512)
+    assert found.even < EVEN
+    once = drawn(target, fitted(START, found, DOF), rng, DRAWS).even
+    often = drawn(target, adapted(target, START, rng, 512, DOF), rng, DRAWS).even
+    assert often > max(EVEN, 2.0 * once)
+
+
+def test_one_round_is_enough_where_the_law_fits():
+    asked = []
+
+    def target(z: np.ndarray) -> np.ndarray:
+        asked.append(len(z))
+        return -0.5 * (z**2).sum(axis=1)
+
+    adapted(target, START, np.random.default_rng(3), DRAWS, DOF)
+    assert asked == [DRAWS]

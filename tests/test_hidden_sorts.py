@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.special import logsumexp
 
-from rigid.discovery.bumps import KINDS, Bumps, Target
+from rigid.discovery.bumps import KINDS, Bumps, Target, together
 from rigid.discovery.explain import bundles_of, shares
 from rigid.discovery.screening import Around, screen
 from rigid.discovery.shifts import constants, shifted
-from rigid.discovery.straight import straight
+from rigid.discovery.straight import places, straight
 from rigid.effects import CATALOGUE
 from rigid.parameters import Parameter
 from rigid.priors import Normal
@@ -27,14 +27,6 @@ def bumped(state: np.ndarray, target: Target, gain: np.ndarray) -> Bumps:
     return Bumps(gain[:, None] * height, (target,) * len(PLACES), PLACES)
 
 
-def joined(*parts: Bumps) -> Bumps:
-    return Bumps(
-        np.concatenate([p.columns for p in parts], axis=1),
-        tuple(t for p in parts for t in p.target),
-        np.concatenate([p.centre for p in parts]),
-    )
-
-
 def test_straight_things_have_the_traces_of_their_shapes():
     found = straight(bumped(STATE, FORCE, GAIN))
     shapes = {t.form: found.columns[:, i] for i, t in enumerate(found.target)}
@@ -47,7 +39,7 @@ def test_straight_things_have_the_traces_of_their_shapes():
 
 def test_a_constant_is_there_once_and_only_what_turns_has_a_sign():
     over = [bumped(STATE, FORCE._replace(variable=v), GAIN) for v in ("pressure", "speed")]
-    forms = [(t.variable, t.form) for t in straight(joined(*over)).target]
+    forms = [(t.variable, t.form) for t in straight(together(over)).target]
     assert forms == [
         ("pressure", "constant"),
         ("pressure", "proportional"),
@@ -56,13 +48,22 @@ def test_a_constant_is_there_once_and_only_what_turns_has_a_sign():
     ]
 
 
+def test_a_line_runs_where_its_bumps_are_whatever_waves_there_are():
+    """A wave goes by the stroke as well; the numbers of its sensors are no strokes."""
+    over = FORCE._replace(variable="stroke")
+    wave = Bumps(np.zeros((400, 2)), (over._replace(period=5e-3),) * 2, np.array([7.0, 7.0]))
+    curves = bumped(STATE, over, GAIN)
+    hidden = together([curves, wave, straight(curves)])
+    np.testing.assert_array_equal(places(hidden, hidden.target[-1]), PLACES)
+
+
 def test_a_drift_is_that_of_all_records_of_a_sensor_together():
     first = np.arange(400) < 150
     parts = [
         bumped(STATE, Target("load", "sensor", "time", track), np.where(mine, 1.0, 0.0))
         for track, mine in zip(TRACKS, (first, ~first), strict=True)
     ]
-    found = straight(joined(*parts, bumped(STATE, Target("load", "sensor", "reading"), GAIN)))
+    found = straight(together([*parts, bumped(STATE, Target("load", "sensor", "reading"), GAIN)]))
     (target,) = found.target
     assert (target.kind, target.variable, target.track) == ("load", "time", None)
     np.testing.assert_allclose(found.columns[:, 0], STATE, atol=1e-12)
@@ -103,17 +104,21 @@ def everything() -> tuple[Bumps, np.ndarray]:
     kinds = np.repeat(["frame", "release", "free-run"], 100)
     design = rng.standard_normal((300, 6))
     labels = ("M_HC", "k_oil", "L_0", "k_frame", "M_Pl", "M_Fl")
-    curves = joined(
-        *[
-            bumped(STATE[:300], FORCE._replace(variable=v), rng.standard_normal(300))
-            for v in ("pressure", "stroke", "speed")
-        ],
-        *[
-            bumped(STATE[:300], FORCE._replace(variable="time", track=t), rng.standard_normal(300))
-            for t in TRACKS * 10
-        ],
+    curves = together(
+        [
+            *[
+                bumped(STATE[:300], FORCE._replace(variable=v), rng.standard_normal(300))
+                for v in ("pressure", "stroke", "speed")
+            ],
+            *[
+                bumped(
+                    STATE[:300], FORCE._replace(variable="time", track=t), rng.standard_normal(300)
+                )
+                for t in TRACKS * 10
+            ],
+        ]
     )
-    return joined(curves, straight(curves), found_in(design, kinds, labels)), design
+    return together([curves, straight(curves), found_in(design, kinds, labels)]), design
 
 
 def believed(

@@ -5,7 +5,7 @@ import numpy as np
 from rigid.discovery.bumps import Target
 from rigid.discovery.formula import simplest
 from rigid.discovery.hidden import UNITS
-from rigid.discovery.straight import FORMS
+from rigid.discovery.straight import FORMS, places
 from rigid.discovery.workflow import Outcome, Step
 from rigid.plots.discovery import HiddenShown
 
@@ -71,9 +71,7 @@ def _unit_of(target: Target) -> str:
 
 def _straight(outcome: Outcome, target: Target, number: float, sd: float) -> HiddenShown:
     """A line over the range of what it goes by."""
-    all_of_it = outcome.bench.bumps
-    there = [t[:3] == target[:3] and not t.form for t in all_of_it.target]
-    place = np.unique(all_of_it.centre[np.array(there)])
+    place = places(outcome.bench.bumps, target)
     shape = FORMS[target.form](place)
     symbol = SYMBOLS.get(target.variable, "y")
     over = {"constant": "", "proportional": f" {symbol}", "sign": f" sgn({symbol})"}[target.form]

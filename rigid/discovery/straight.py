@@ -30,10 +30,16 @@ def straight(found: Bumps) -> Bumps:
     return together([*_over_states(found), *_drifts(found)])
 
 
+def places(found: Bumps, target: Target) -> np.ndarray:
+    """Centres, ascending, of the bumps among hidden things that a straight one is made of."""
+    mine = [t[:3] == target[:3] and not t.form and t.period is None for t in found.target]
+    return np.unique(found.centre[np.array(mine)])
+
+
 def _over_states(found: Bumps) -> Iterator[Bumps]:
     constant = set()
     for target in dict.fromkeys(found.target):
-        if target.variable in ("time", "reading") or target.period is not None:
+        if target.variable in ("time", "reading"):
             continue
         for form, shape in FORMS.items():
             if form == "constant" and target.kind in constant:  # the same over every state
@@ -47,9 +53,7 @@ def _over_states(found: Bumps) -> Iterator[Bumps]:
 def _drifts(found: Bumps) -> Iterator[Bumps]:
     """One slope over the time of every record for all sensors of a quantity."""
     timed = [
-        t
-        for t in dict.fromkeys(found.target)
-        if t.equation == "sensor" and t.variable == "time" and t.period is None
+        t for t in dict.fromkeys(found.target) if t.equation == "sensor" and t.variable == "time"
     ]
     for kind in dict.fromkeys(t.kind for t in timed):
         mine = [t for t in timed if t.kind == kind]

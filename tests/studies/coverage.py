@@ -81,7 +81,6 @@ def by_chain(problem, proposal, seed: int) -> "Drawn":
     from rigid.sample import Settings, sample
 
     chart = chart_of(problem)
-
     settings = Settings(
         ensembles=2, walkers=walkers(problem), block=50, max_steps=1000, r_hat=1.03,
         ess=ESS, seed=seed, names=chart.names,

@@ -6,7 +6,7 @@ Simulates campaigns as coverage.py does and fits each. Twice the drop of the log
 best to the truth is chi squared with as many degrees of freedom as there are parameters, in every
 coordinates that keep volumes and in which the posterior is Gaussian: no law around the best fit, no
 chain and no choice of a quantity comes into it. A likelihood that takes records for more than they
-are makes the mean greater, one half as sure as it should be a quarter of it. Beside it the
+are makes the mean greater. Beside it the
 distance of the truth from the best fit in the Gaussian laws of z and of the chart's coordinates,
 which has the same law where these fit. Resumable; OUT/drop[-wide].jsonl, OUT/drop[-wide].md.
 
