@@ -7,6 +7,7 @@ import numpy as np
 
 from rigid.discovery.bumps import Bumps, Target, bumps, together
 from rigid.discovery.candidates import EVENT, Candidate, candidates, events
+from rigid.discovery.crosstalk import crosstalk
 from rigid.discovery.families import Effects, Family
 from rigid.discovery.lines import Line, lines
 from rigid.discovery.local import Local
@@ -43,7 +44,7 @@ def laid_out(base: Local, programs: tuple[Family, ...], effects: Effects, shelf:
 
     def make() -> Arrays:
         curves = bumps(base, programs[0])
-        hidden = together([curves, waves(base), shifts(base), straight(curves)])
+        hidden = together([curves, waves(base), shifts(base), straight(curves), crosstalk(base)])
         beats = [lines(base, programs, e) for e in beating]
         return {
             "traces": np.concatenate(

@@ -117,7 +117,7 @@ def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> St
         )
     hidden = hidden_shown(step, outcome) if step.chosen is None else None
     if hidden is not None:
-        by = "" if hidden.kinds else f" over {hidden.variable}, in SI units"
+        by = "" if hidden.groups else f" over {hidden.variable}, in SI units"
         sentences.append(f"What explains most: {hidden.name}{by}: {hidden.words}.")
     if step.next_record:
         sentences.append(f"The record that would tell most: {step.next_record}.")

@@ -3,6 +3,7 @@
 import numpy as np
 
 from rigid.discovery.bumps import Target
+from rigid.discovery.crosstalk import RATES, READINGS, quantities
 from rigid.discovery.formula import simplest
 from rigid.discovery.hidden import UNITS
 from rigid.discovery.straight import FORMS, places
@@ -43,6 +44,9 @@ def hidden_shown(step: Step, outcome: Outcome) -> HiddenShown:
         return _wave(target, mean, covariance)
     if target.sort == "shift":
         return _shift(outcome, target, mean, covariance)
+    if target.variable in (READINGS, RATES):
+        columns = bundle.columns - len(step.explained.listed)
+        return _crosstalk(outcome, target, columns, (mean, covariance))
     if target.form:
         return _straight(outcome, target, float(mean[0]), float(np.sqrt(covariance[0, 0])))
     columns = bundle.columns - len(step.explained.listed)
@@ -124,7 +128,41 @@ def _shift(
         sd=np.abs(upper - ratio),
         formula=np.ones(len(kinds)),
         words=told,
-        kinds=kinds,
+        groups=kinds,
+        model="the same in all records",
+    )
+
+
+def _crosstalk(
+    outcome: Outcome, target: Target, columns: np.ndarray, law: tuple[np.ndarray, np.ndarray]
+) -> HiddenShown:
+    """How much a sensor reads of each other quantity, at the most that the records hold of it.
+
+    - `columns` (m,): of the traces. - `law`: mean (m,) and covariance (m, m) of their numbers.
+    """
+    mean, sd = law[0], np.sqrt(np.maximum(np.diag(law[1]), 0.0))
+    bumps, listed = outcome.bench.bumps, quantities(outcome.base.layout.channels)
+    others = [listed[int(n)] for n in bumps.centre[columns]]
+    most = np.abs(bumps.columns[:, columns]).max(axis=0)
+    own, rate = TARGET_UNITS.get(target.kind, "1"), target.variable == RATES
+    units = [TARGET_UNITS.get(other, "1") + "/s" * rate for other in others]
+    names = tuple(f"{'rate of ' * rate}{other}" for other in others)
+    told = ", ".join(
+        f"{number:.3g} {own} per {unit} of the {name}"
+        for number, unit, name in zip(mean, units, names, strict=True)
+    )
+    return HiddenShown(
+        variable=target.variable,
+        variable_unit="1",
+        name=f"{TARGET_NAMES.get(target.kind, target.kind)}, at most",
+        unit=own,
+        place=np.arange(len(others), dtype=float),
+        mean=mean * most,
+        sd=sd * most,
+        formula=np.zeros(len(others)),
+        words=told,
+        groups=names,
+        model="it answers to its own quantity alone",
     )
 
 

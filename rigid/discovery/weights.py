@@ -2,18 +2,16 @@
 
 Residuals that resemble their neighbours count less (`rigid.correlation`). But a missing effect
 makes neighbours alike, too; taken for correlated noise, it would hide itself. So the correlation is
-that of what is left after the traces of all effects and hidden forces have had their say. Single
-samples that stand far off both neighbours are no physics of a rig, nor are those of a sensor at the
-end of its range: they do not count at all.
+that of what is left after the traces of all effects and hidden forces have had their say
+(`rigid.discovery.leftover`). Single samples that stand far off both neighbours are no physics of a
+rig, nor are those of a sensor at the end of its range: they do not count at all.
 """
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 
-from rigid.correlation import autoregression
+from rigid.discovery.leftover import Explaining, correlation_times
 from rigid.discovery.local import Local
 from rigid.discovery.samples import data_of
-from rigid.discovery.screening import gram
 from rigid.records.checks import SATURATED_RUN
 from rigid.records.defects import runs
 
@@ -22,8 +20,6 @@ SPIKE = 6.0
 NEIGHBOURS = 5
 ABOVE = 2.0
 """Sds by which the fit must lie above each of SATURATED_RUN equal greatest readings in a row."""
-TRACE_SD = 15.0
-"""Prior sd of each trace, in units of its own strength: strong enough for all that is asked of."""
 
 
 def spikes(local: Local) -> np.ndarray:
@@ -81,22 +77,9 @@ def facts(local: Local, traces: np.ndarray) -> np.ndarray:
     """
     layout = local.layout
     good = layout.read & ~spikes(local) & ~beyond(local)
-    left = _unexplained(local, traces)
     weight = np.where(good, 1.0, 0.0)
-    for number in range(len(layout.channels)):
-        rows = layout.channel == number
-        weight[rows] /= autoregression(left[rows], good[rows]).time
+    rows = [layout.channel == number for number in range(len(layout.channels))]
+    explaining = Explaining.by(local, traces)
+    for mine, time in zip(rows, correlation_times(explaining, rows, good), strict=True):
+        weight[mine] /= time
     return weight
-
-
-def _unexplained(local: Local, traces: np.ndarray) -> np.ndarray:
-    """Scores (n,) once parameters and traces have explained what they can."""
-    bend = local.terms.bend
-    size = np.sqrt(np.maximum(np.einsum("nk,n,nk->k", traces, bend, traces), 1e-300))
-    columns = np.concatenate([local.design, traces / size], axis=1)
-    spread = np.concatenate([np.ones(local.design.shape[1]), np.full(len(size), TRACE_SD)])
-    known = np.diag(spread**-2.0) + gram(columns, bend)
-    pull = columns.T @ local.terms.score
-    pull[: len(local.w)] -= local.w
-    explained = columns @ cho_solve(cho_factor(known), pull)
-    return local.terms.score - bend * explained

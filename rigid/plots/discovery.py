@@ -37,7 +37,8 @@ class HiddenShown:
 
     - `variable`, `variable_unit`, `name`, `unit`. - `place`, `mean`, `sd` (n,).
     - `formula`: values (n,) of the simplest formula that fits, and its words.
-    - `kinds`: of records, where the places are these.
+    - `groups`: names of the places where these are no numbers: kinds of records, quantities; then
+      the formula is what the model has there, and `model` says it.
     """
 
     variable: str
@@ -49,7 +50,8 @@ class HiddenShown:
     sd: Float[np.ndarray, " n"]
     formula: Float[np.ndarray, " n"]
     words: str
-    kinds: tuple[str, ...] = ()
+    groups: tuple[str, ...] = ()
+    model: str = ""
 
 
 def residuals_figure(shown: Sequence[ResidualShown], simulated: bool) -> Figure:
@@ -106,8 +108,8 @@ def hidden_figure(shown: HiddenShown, simulated: bool) -> Figure:
     with house_style():
         figure = new_figure(2.8, simulated)
         axes = figure.add_subplot()
-        if shown.kinds:
-            _by_kind(axes, shown)
+        if shown.groups:
+            _by_group(axes, shown)
             return figure
         across, unit_x = metrology.axis(shown.place, shown.variable_unit)
         up, unit_y = metrology.axis(shown.mean, shown.unit)
@@ -122,14 +124,15 @@ def hidden_figure(shown: HiddenShown, simulated: bool) -> Figure:
     return figure
 
 
-def _by_kind(axes: Axes, shown: HiddenShown) -> None:
-    """A constant in every kind of record, beside the one value that the model gives it."""
+def _by_group(axes: Axes, shown: HiddenShown) -> None:
+    """A number in every kind of record or for every quantity, beside what the model has there."""
+    up, unit = metrology.axis(shown.mean, shown.unit)
     axes.errorbar(
-        shown.place, shown.mean, yerr=1.645 * shown.sd, fmt="o", color=BLUE, markersize=4,
-        label="inferred, with 90 % interval",
+        shown.place, shown.mean * up, yerr=1.645 * shown.sd * up, fmt="o", color=BLUE,
+        markersize=4, label="inferred, with 90 % interval",
     )  # fmt: skip
-    axes.axhline(1.0, color=VERMILION, linestyle="--", label="the same in all records")
-    axes.set_xlim(-0.5, len(shown.kinds) - 0.5)
-    axes.set_xticks(shown.place, shown.kinds)
-    axes.set_ylabel(shown.name)
+    axes.axhline(shown.formula[0] * up, color=VERMILION, linestyle="--", label=shown.model)
+    axes.set_xlim(-0.5, len(shown.groups) - 0.5)
+    axes.set_xticks(shown.place, shown.groups)
+    axes.set_ylabel(shown.name if shown.unit == "1" else f"{shown.name} [{unit}]")
     axes.legend()

@@ -1,0 +1,57 @@
+"""How correlated noise is, though hundreds of traces have explained a part of it."""
+
+import numpy as np
+import pytest
+from scipy.linalg import cho_factor
+from scipy.signal import lfilter
+
+from rigid.discovery import leftover
+from rigid.discovery.leftover import TRACE_SD, Explaining, correlation_times
+
+SAMPLES, CHANNELS, TRACES, RHO = 1000, 12, 40, 0.6
+TIME = (1.0 + RHO) / (1.0 - RHO)
+NUMBER = np.repeat(np.arange(CHANNELS), SAMPLES)
+ROWS = [n == NUMBER for n in range(CHANNELS)]
+GOOD = np.ones(len(NUMBER), dtype=bool)
+
+
+def noise(rho: float, seed: int) -> np.ndarray:
+    white = np.random.default_rng(seed).standard_normal((CHANNELS, SAMPLES + 100))
+    coloured = np.asarray(lfilter([np.sqrt(1.0 - rho**2)], [1.0, -rho], white, axis=1))
+    return coloured[:, 100:].ravel()
+
+
+def explaining(score: np.ndarray) -> Explaining:
+    """Bumps over the time of each channel: they take the slow part of the noise."""
+    place = np.linspace(0.0, 1.0, SAMPLES)
+    centres = np.linspace(0.0, 1.0, TRACES)
+    own = np.maximum(0.0, 1.0 - np.abs(place[:, None] - centres) * (TRACES - 1))
+    own /= np.linalg.norm(own, axis=0)
+    columns = np.kron(np.eye(CHANNELS), own)
+    known = cho_factor(columns.T @ columns + np.eye(columns.shape[1]) / TRACE_SD**2)
+    pull = np.zeros(columns.shape[1])
+    return Explaining(score, np.ones(len(score)), columns, pull, known)
+
+
+def test_noise_keeps_its_correlation_though_traces_explain_the_slow_part(monkeypatch):
+    found = np.array(correlation_times(explaining(noise(RHO, 1)), ROWS, GOOD))
+    # d log tau / d rho = 2/(1 - rho^2), sd of rho sqrt((1 - rho^2)/n): 8 % a channel. Noise whose
+    # slow part is gone says half of that, and orders are chosen: twice as much; 12 channels: 5 %.
+    assert found.mean() == pytest.approx(TIME, rel=3 * 0.05)
+    monkeypatch.setattr(leftover, "ROUNDS", 0)
+    careless = np.array(correlation_times(explaining(noise(RHO, 1)), ROWS, GOOD))
+    assert careless.mean() < 0.6 * TIME
+
+
+def test_white_noise_stays_white():
+    found = correlation_times(explaining(noise(0.0, 2)), ROWS, GOOD)
+    assert np.mean(found) == pytest.approx(1.0, abs=0.05)
+
+
+def test_samples_that_do_not_count_say_nothing():
+    good = GOOD & ~ROWS[3]
+    score = np.where(good, noise(RHO, 3), 1e6)
+    score[ROWS[3]] = 0.0
+    found = np.array(correlation_times(explaining(score), ROWS, good))
+    assert found[3] == 1.0
+    assert np.delete(found, 3).mean() == pytest.approx(TIME, rel=3 * 0.05)
