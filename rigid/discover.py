@@ -133,9 +133,9 @@ def _advance(bar, done: int) -> None:
 
 def _written(asked: Question, outcome: "Outcome", options: Options) -> int:
     """Write every file and print the table or the JSON."""
-    from rigid.discovery import output
-    from rigid.discovery.present import Run, content
-    from rigid.discovery.terminal import table
+    from rigid.discovery.telling import output
+    from rigid.discovery.telling.present import Run, content
+    from rigid.discovery.telling.terminal import table
     from rigid.files import write_text
     from rigid.report.discovery import write_report
 

@@ -52,6 +52,20 @@ LAYERS = (
 )
 LAYER = {room: number for number, rooms in enumerate(LAYERS) for room in rooms}
 
+# The same inside a room that has rooms of its own.
+WITHIN = {
+    "discovery": (
+        ("fitting",),
+        ("unseen",),
+        ("weighing",),
+        ("judging", "refit"),
+        ("further", "lines"),
+        ("bench",),
+        ("workflow",),
+        ("telling",),
+    ),
+}
+
 PHYSICS = {"effects", "rig", "solve", "sensors", "characteristic"}
 NOT_FOR_PHYSICS = {"records", "spec", "priors", "noise", "problem"}
 STATISTICS = {
@@ -117,6 +131,25 @@ def arrows(tree: ast.AST, path: Path, package: Path) -> Iterator[str]:
             yield f"{line}: physics ({room}) imports {other}"
         elif other != room and other in LAYER and LAYER[other] >= LAYER[room]:
             yield f"{line}: {room} imports {other}, against the arrows"
+
+
+def arrows_within(tree: ast.AST, path: Path, package: Path) -> Iterator[str]:
+    """The arrows inside a room of rooms; its face, `__init__`, imports nothing."""
+    parts = path.relative_to(package).parts
+    if parts[0] not in WITHIN:
+        return
+    layer = {room: n for n, rooms in enumerate(WITHIN[parts[0]]) for room in rooms}
+    mine = parts[1].removesuffix(".py")
+    if mine not in layer:
+        if mine != "__init__":
+            yield f"1: {parts[0]}/{mine} has no layer; give it one here"
+        return
+    for line, name in dotted_imports(tree, path, package):
+        inside = name.split(".")[1:]
+        if len(inside) > 1 and inside[0] == parts[0]:
+            other = inside[1]
+            if other != mine and other in layer and layer[other] >= layer[mine]:
+                yield f"{line}: {mine} imports {other}, against the arrows within {parts[0]}"
 
 
 def generator_alone(tree: ast.AST, path: Path, package: Path) -> Iterator[str]:
@@ -188,6 +221,7 @@ def statistics_name_no_effect(tree: ast.AST, path: Path, package: Path) -> Itera
 
 CHECKS = (
     arrows,
+    arrows_within,
     generator_alone,
     pictures_compute_nothing,
     sizes,
@@ -234,6 +268,12 @@ LONG_FUNCTION = "def f():\n" + "    x = 1\n" * 40
 BROKEN = {
     "an arrow the wrong way": ("rig.py", "from rigid.solve import linear", "against the arrows"),
     "a relative arrow": ("effects/drag.py", "from ..rig import Rig", "against the arrows"),
+    "an inner arrow": (
+        "discovery/weighing/odds.py",
+        "from rigid.discovery.telling import words",
+        "within discovery",
+    ),
+    "an inner room": ("discovery/odds.py", "", "no layer"),
     "a late import": ("noise.py", "def f():\n    from rigid import problem", "against the arrows"),
     "physics that reads": ("solve/full.py", "import rigid.records.csv", "physics (solve)"),
     "a leak from the generator": ("problem.py", "from rigid import generator", "nothing may"),

@@ -48,11 +48,11 @@ from rigid.choosing.stepping import Model, moved_within, promised, solved
 from rigid.choosing.together import CLOSE, Place, Program, descended, led, simulated
 from rigid.choosing.widths import AS_STATED, VARIANTS, sized, spread
 from rigid.cli import Options
-from rigid.discovery.families import Family, families
-from rigid.discovery.hypothesis import Hypothesis
+from rigid.discovery.fitting.families import Family, families
+from rigid.discovery.fitting.hypothesis import Hypothesis
+from rigid.discovery.fitting.local import Local, expand
+from rigid.discovery.fitting.samples import data_of, lay_out, terms
 from rigid.discovery.judging import units
-from rigid.discovery.local import Local, expand
-from rigid.discovery.samples import data_of, lay_out, terms
 from rigid.effects import CATALOGUE
 from rigid.generator import Conditions, campaign
 from rigid.generator.hidden.dry import PressureDependent

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.special import logsumexp
 
-from rigid.discovery.bumps import KINDS, Bumps, Target, together
-from rigid.discovery.explain import bundles_of, shares
-from rigid.discovery.screening import Around, screen
-from rigid.discovery.shifts import constants, shifted
-from rigid.discovery.straight import places, straight
+from rigid.discovery.fitting.screening import Around, screen
+from rigid.discovery.unseen.bumps import KINDS, Bumps, Target, together
+from rigid.discovery.unseen.shifts import constants, shifted
+from rigid.discovery.unseen.straight import places, straight
+from rigid.discovery.weighing.explain import bundles_of, shares
 from rigid.effects import CATALOGUE
 from rigid.parameters import Parameter
 from rigid.priors import Normal

@@ -5,8 +5,8 @@ import pytest
 from scipy.linalg import cho_factor
 from scipy.signal import lfilter
 
-from rigid.discovery import leftover
-from rigid.discovery.leftover import TRACE_SD, Explaining, correlation_times
+from rigid.discovery.fitting import leftover
+from rigid.discovery.fitting.leftover import TRACE_SD, Explaining, correlation_times
 
 SAMPLES, CHANNELS, TRACES, RHO = 1000, 12, 40, 0.6
 TIME = (1.0 + RHO) / (1.0 - RHO)

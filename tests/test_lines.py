@@ -7,12 +7,12 @@ from rigs import BASE, SHEETS, converted, drive, effects, parameters, track
 from scipy.special import logsumexp
 
 from rigid.discovery.bench import laid_out
-from rigid.discovery.explain import Z_GRID, best_of_many, curves_of_all
-from rigid.discovery.families import families
-from rigid.discovery.hypothesis import Hypothesis, start
+from rigid.discovery.fitting.families import families
+from rigid.discovery.fitting.hypothesis import Hypothesis, start
+from rigid.discovery.fitting.local import Local, expand, refined
+from rigid.discovery.fitting.samples import lay_out
 from rigid.discovery.lines import lines
-from rigid.discovery.local import Local, expand, refined
-from rigid.discovery.samples import lay_out
+from rigid.discovery.weighing.explain import Z_GRID, best_of_many, curves_of_all
 from rigid.discovery.workflow import weigh
 from rigid.effects import CATALOGUE
 from rigid.groups import SlowGroup

@@ -5,13 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from rigid.discovery.bumps import Target
-from rigid.discovery.candidates import Candidate
-from rigid.discovery.evidence import LOG_MASS, amplitudes, log_bayes
-from rigid.discovery.explain import NOTHING, UNNAMED, Explained, bundles_of
-from rigid.discovery.odds import odds
-from rigid.discovery.pairs import pairs
-from rigid.discovery.screening import Screening
+from rigid.discovery.fitting.candidates import Candidate
+from rigid.discovery.fitting.screening import Screening
+from rigid.discovery.unseen.bumps import Target
+from rigid.discovery.weighing.evidence import LOG_MASS, amplitudes, log_bayes
+from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained, bundles_of
+from rigid.discovery.weighing.odds import odds
+from rigid.discovery.weighing.pairs import pairs
 from rigid.discovery.workflow import changed
 from rigid.effects import CATALOGUE
 from rigid.priors import AbstractLaw, Lognormal, Normal

@@ -8,20 +8,21 @@ import numpy as np
 import pytest
 from rigs import BASE, NOMINAL, SHEETS, converted, drive, effects, parameters, track
 
-from rigid.discovery import bench, explain
-from rigid.discovery.bumps import Bumps, Target
-from rigid.discovery.candidates import candidates
-from rigid.discovery.evidence import Bundle, amplitudes, log_bayes
-from rigid.discovery.families import Family, families, quiet_values, sweep
-from rigid.discovery.formula import simplest
-from rigid.discovery.hidden import HiddenDrag
-from rigid.discovery.hypothesis import Hypothesis, start, widened
+from rigid.discovery import bench
+from rigid.discovery.fitting.candidates import candidates
+from rigid.discovery.fitting.families import Family, families, quiet_values, sweep
+from rigid.discovery.fitting.hidden import HiddenDrag
+from rigid.discovery.fitting.hypothesis import Hypothesis, start, widened
+from rigid.discovery.fitting.local import CLOSE, Local, expand, refined, with_weights
+from rigid.discovery.fitting.samples import data_of, lay_out
+from rigid.discovery.fitting.screening import Around, Screening, gram, screen
+from rigid.discovery.fitting.traces import lanes_of, traces
+from rigid.discovery.fitting.weights import beyond, facts, spikes
 from rigid.discovery.judging import left_out, place, units
-from rigid.discovery.local import CLOSE, Local, expand, refined, with_weights
-from rigid.discovery.samples import data_of, lay_out
-from rigid.discovery.screening import Around, Screening, gram, screen
-from rigid.discovery.traces import lanes_of, traces
-from rigid.discovery.weights import beyond, facts, spikes
+from rigid.discovery.unseen.bumps import Bumps, Target
+from rigid.discovery.unseen.formula import simplest
+from rigid.discovery.weighing import explain
+from rigid.discovery.weighing.evidence import Bundle, amplitudes, log_bayes
 from rigid.discovery.workflow import Outcome, Running, discover, weigh
 from rigid.effects import CATALOGUE
 from rigid.groups import SlowGroup

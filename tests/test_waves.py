@@ -7,14 +7,14 @@ from rigs import BASE, SHEETS, converted, drive, effects, parameters, track
 from scipy.special import logsumexp
 
 from rigid.discovery.bench import laid_out
-from rigid.discovery.bumps import Target
-from rigid.discovery.evidence import Bundle
-from rigid.discovery.explain import best_waves
-from rigid.discovery.families import families
-from rigid.discovery.hypothesis import Hypothesis, start
-from rigid.discovery.local import Local, expand, refined
-from rigid.discovery.samples import lay_out
-from rigid.discovery.waves import FINER, waves
+from rigid.discovery.fitting.families import families
+from rigid.discovery.fitting.hypothesis import Hypothesis, start
+from rigid.discovery.fitting.local import Local, expand, refined
+from rigid.discovery.fitting.samples import lay_out
+from rigid.discovery.unseen.bumps import Target
+from rigid.discovery.unseen.waves import FINER, waves
+from rigid.discovery.weighing.evidence import Bundle
+from rigid.discovery.weighing.explain import best_waves
 from rigid.discovery.workflow import weigh
 from rigid.effects import CATALOGUE
 from rigid.groups import SlowGroup

@@ -13,9 +13,9 @@ from rigid.choosing.laws import Law, amplitude_labels
 from rigid.choosing.leaving import Left, left_out
 from rigid.choosing.scatter import Scattered, scattered
 from rigid.choosing.widths import AS_STATED, VARIANTS
+from rigid.discovery.fitting.local import Local
+from rigid.discovery.fitting.samples import Layout
 from rigid.discovery.judging import units
-from rigid.discovery.local import Local
-from rigid.discovery.samples import Layout
 from rigid.priors import AbstractLaw
 
 MOST_APART = 4.0

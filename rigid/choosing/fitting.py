@@ -17,11 +17,11 @@ from rigid.choosing.together import (
     settled,
     simulated,
 )
-from rigid.discovery.families import families
-from rigid.discovery.hypothesis import Hypothesis
-from rigid.discovery.local import Local, with_weights
-from rigid.discovery.samples import Layout, lay_out
-from rigid.discovery.weights import facts
+from rigid.discovery.fitting.families import families
+from rigid.discovery.fitting.hypothesis import Hypothesis
+from rigid.discovery.fitting.local import Local, with_weights
+from rigid.discovery.fitting.samples import Layout, lay_out
+from rigid.discovery.fitting.weights import facts
 from rigid.priors import AbstractLaw
 from rigid.problem import Problem
 

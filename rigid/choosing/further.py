@@ -6,8 +6,8 @@ import numpy as np
 
 from rigid.choosing.comparing import Comparison, Standing
 from rigid.choosing.together import Place, simulated
+from rigid.discovery.fitting.local import Local
 from rigid.discovery.further import FACTORS, Proposal, otherwise, worded
-from rigid.discovery.local import Local
 
 Setting = tuple[str, float]
 """Name of a setting of the records, and the factor that it is multiplied by."""

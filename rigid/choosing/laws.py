@@ -9,8 +9,8 @@ without damping, Coulomb's is Stribeck's without excess.
 import dataclasses
 from collections.abc import Mapping
 
-from rigid.discovery.candidates import laws_of
-from rigid.discovery.families import quiet_values
+from rigid.discovery.fitting.candidates import laws_of
+from rigid.discovery.fitting.families import quiet_values
 from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.priors import AbstractLaw
 from rigid.problem import Problem

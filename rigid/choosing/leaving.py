@@ -12,7 +12,7 @@ import numpy as np
 from rigid.choosing.integral import Shape, evidence, shape_of
 from rigid.choosing.stepping import Model, bent_of
 from rigid.choosing.together import Place, Program, descended, simulated
-from rigid.discovery.local import Local, with_weights
+from rigid.discovery.fitting.local import Local, with_weights
 from rigid.priors import AbstractLaw
 
 FAR = 0.5

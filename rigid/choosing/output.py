@@ -9,7 +9,7 @@ from rigid.choosing.stepping import promised
 from rigid.choosing.widths import AS_STATED
 from rigid.discovery.further import Proposal
 from rigid.discovery.judging import gap
-from rigid.discovery.output import finite, interval
+from rigid.discovery.telling.output import finite, interval
 from rigid.effects import CATALOGUE
 from rigid.results import MOST_GAP
 from rigid.spec import Spec

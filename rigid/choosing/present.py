@@ -7,7 +7,7 @@ import numpy as np
 from rigid import __version__
 from rigid.choosing.comparing import CANNOT_TELL, DECIDED, MOST_APART, TIED
 from rigid.choosing.scatter import CAMPAIGNS
-from rigid.discovery.verdict import PARTED
+from rigid.discovery.weighing.verdict import PARTED
 from rigid.plots.laws import LawShown
 from rigid.report.laws import LawsContent
 from rigid.spec import Spec

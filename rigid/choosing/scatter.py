@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rigid.choosing.integral import Shape, shape_of
-from rigid.discovery.local import Local
+from rigid.discovery.fitting.local import Local
 from rigid.priors import AbstractLaw
 
 CAMPAIGNS = 200

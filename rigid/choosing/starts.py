@@ -9,14 +9,14 @@ from scipy.linalg import cho_factor, cho_solve
 
 from rigid.choosing.laws import Law, amplitude_labels
 from rigid.choosing.together import Place
-from rigid.discovery.candidates import even_settings
-from rigid.discovery.evidence import amplitudes, most_probable
-from rigid.discovery.families import Family, read
-from rigid.discovery.hypothesis import Hypothesis, parameters_of, widened
-from rigid.discovery.local import Local
+from rigid.discovery.fitting.candidates import even_settings
+from rigid.discovery.fitting.families import Family, read
+from rigid.discovery.fitting.hypothesis import Hypothesis, parameters_of, widened
+from rigid.discovery.fitting.local import Local
+from rigid.discovery.fitting.samples import Layout, flat_readings
+from rigid.discovery.fitting.traces import reads
 from rigid.discovery.refit import standard_of
-from rigid.discovery.samples import Layout, flat_readings
-from rigid.discovery.traces import reads
+from rigid.discovery.weighing.evidence import amplitudes, most_probable
 from rigid.newton import is_noise
 from rigid.parameters import Parameter
 

@@ -13,7 +13,7 @@ import dataclasses
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-from rigid.discovery.local import Local
+from rigid.discovery.fitting.local import Local
 from rigid.priors import Lognormal
 
 FIRST_DAMPING, MORE_DAMPING = 0.1, 4.0

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from rigid.choosing.stepping import model_of, moved_within, promised
-from rigid.discovery.families import Family, read, sweep
-from rigid.discovery.hypothesis import Hypothesis
-from rigid.discovery.local import (
+from rigid.discovery.fitting.families import Family, read, sweep
+from rigid.discovery.fitting.hypothesis import Hypothesis
+from rigid.discovery.fitting.local import (
     LONGEST,
     STEP,
     Local,
@@ -17,7 +17,7 @@ from rigid.discovery.local import (
     laid,
     with_noise,
 )
-from rigid.discovery.samples import Layout, flat_readings, split_swept
+from rigid.discovery.fitting.samples import Layout, flat_readings, split_swept
 
 MOST_TURNS = 25
 CLOSE = 0.2

@@ -5,16 +5,16 @@ import json
 
 import numpy as np
 
-from rigid.discovery.bumps import Bumps, Target, bumps, together
-from rigid.discovery.candidates import EVENT, Candidate, candidates, events
-from rigid.discovery.crosstalk import crosstalk
-from rigid.discovery.families import Effects, Family
+from rigid.discovery.fitting.candidates import EVENT, Candidate, candidates, events
+from rigid.discovery.fitting.families import Effects, Family
+from rigid.discovery.fitting.local import Local
+from rigid.discovery.fitting.traces import traces
 from rigid.discovery.lines import Line, lines
-from rigid.discovery.local import Local
-from rigid.discovery.shifts import shifts
-from rigid.discovery.straight import straight
-from rigid.discovery.traces import traces
-from rigid.discovery.waves import waves
+from rigid.discovery.unseen.bumps import Bumps, Target, bumps, together
+from rigid.discovery.unseen.crosstalk import crosstalk
+from rigid.discovery.unseen.shifts import shifts
+from rigid.discovery.unseen.straight import straight
+from rigid.discovery.unseen.waves import waves
 from rigid.shelf import Arrays, Shelf
 
 SHAPES = 4

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rigid.correlation import autoregression
-from rigid.discovery.local import Local
+from rigid.discovery.fitting.local import Local
 
 BLOCKS = 8
 """Parts of a record that an effect confined to it is judged on, each left out in turn."""

@@ -13,11 +13,11 @@ import numpy as np
 from scipy.signal import zoom_fft
 from scipy.stats import norm
 
-from rigid.discovery.candidates import Candidate, laws_of
-from rigid.discovery.families import Family
-from rigid.discovery.local import Local
+from rigid.discovery.fitting.candidates import Candidate, laws_of
+from rigid.discovery.fitting.families import Family
+from rigid.discovery.fitting.local import Local
+from rigid.discovery.fitting.traces import traces
 from rigid.discovery.refit import standard_of
-from rigid.discovery.traces import traces
 from rigid.effects import AbstractEffect
 from rigid.priors import AbstractLaw
 from rigid.tracks import Track

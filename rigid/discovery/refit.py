@@ -5,12 +5,12 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from rigid.discovery.candidates import Candidate
-from rigid.discovery.evidence import amplitudes, most_probable
-from rigid.discovery.explain import Explained
-from rigid.discovery.families import Family, families, holding
-from rigid.discovery.hypothesis import parameters_of, widened
-from rigid.discovery.local import Local, expand, refined
+from rigid.discovery.fitting.candidates import Candidate
+from rigid.discovery.fitting.families import Family, families, holding
+from rigid.discovery.fitting.hypothesis import parameters_of, widened
+from rigid.discovery.fitting.local import Local, expand, refined
+from rigid.discovery.weighing.evidence import amplitudes, most_probable
+from rigid.discovery.weighing.explain import Explained
 from rigid.priors import AbstractLaw
 
 MOST = 3

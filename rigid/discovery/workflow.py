@@ -7,20 +7,20 @@ from typing import NamedTuple
 import numpy as np
 
 from rigid.discovery.bench import Bench, laid_out
-from rigid.discovery.bumps import Target
-from rigid.discovery.explain import Explained, explain
-from rigid.discovery.families import Effects, families
+from rigid.discovery.fitting.families import Effects, families
+from rigid.discovery.fitting.hypothesis import Hypothesis, start
+from rigid.discovery.fitting.local import Local, expand, refined, with_weights
+from rigid.discovery.fitting.samples import lay_out
+from rigid.discovery.fitting.screening import Around, Screening, screen
+from rigid.discovery.fitting.weights import facts
 from rigid.discovery.further import next_record
-from rigid.discovery.hypothesis import Hypothesis, start
 from rigid.discovery.judging import Left, Place, gap, left_out, place, units
-from rigid.discovery.local import Local, expand, refined, with_weights
-from rigid.discovery.odds import Odds, odds
-from rigid.discovery.pairs import pairs
 from rigid.discovery.refit import Refit, refit, worth_refitting
-from rigid.discovery.samples import lay_out
-from rigid.discovery.screening import Around, Screening, screen
-from rigid.discovery.verdict import verdict_of
-from rigid.discovery.weights import facts
+from rigid.discovery.unseen.bumps import Target
+from rigid.discovery.weighing.explain import Explained, explain
+from rigid.discovery.weighing.odds import Odds, odds
+from rigid.discovery.weighing.pairs import pairs
+from rigid.discovery.weighing.verdict import verdict_of
 from rigid.newton import is_noise
 from rigid.priors import AbstractLaw
 from rigid.problem import Problem

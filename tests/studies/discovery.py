@@ -52,7 +52,7 @@ def discovered(made: Made, seed: int, folder: Path) -> tuple[dict, "Outcome | No
     """
     from rigid import discover as command
     from rigid.cli import Options
-    from rigid.discovery.output import as_dict
+    from rigid.discovery.telling.output import as_dict
     from rigid.errors import RigidError
     from rigid.spec import load_spec
 

@@ -14,8 +14,8 @@ import numpy as np
 from discovery_cases import Made
 from scipy.stats import chi2, norm
 
-from rigid.discovery.hypothesis import parameters_of
-from rigid.discovery.local import Local
+from rigid.discovery.fitting.hypothesis import parameters_of
+from rigid.discovery.fitting.local import Local
 from rigid.discovery.workflow import Outcome
 
 LAGS = 20

@@ -16,10 +16,10 @@ from typing import NamedTuple
 import numpy as np
 from discovery_cases import Made
 
-from rigid.discovery.hypothesis import parameters_of
-from rigid.discovery.local import Local, refined, with_weights
+from rigid.discovery.fitting.hypothesis import parameters_of
+from rigid.discovery.fitting.local import Local, refined, with_weights
+from rigid.discovery.fitting.samples import data_of
 from rigid.discovery.refit import refit
-from rigid.discovery.samples import data_of
 from rigid.discovery.workflow import Outcome
 from rigid.generator.refit import Key, noiseless
 from rigid.tracks import Track

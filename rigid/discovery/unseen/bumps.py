@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rigid.discovery.families import Family
-from rigid.discovery.hidden import BY_KIND
-from rigid.discovery.local import Local
-from rigid.discovery.samples import Layout
-from rigid.discovery.traces import Way, changes, reads, rows_of
+from rigid.discovery.fitting.families import Family
+from rigid.discovery.fitting.hidden import BY_KIND
+from rigid.discovery.fitting.local import Local
+from rigid.discovery.fitting.samples import Layout
+from rigid.discovery.fitting.traces import Way, changes, reads, rows_of
 
 SLOW_BUMPS, RELEASE_BUMPS, STATE_BUMPS = 10, 10, 6
 KINDS = "kind of record"

@@ -18,9 +18,9 @@ from jax import Array
 from scipy.linalg import cho_factor, cho_solve
 
 from rigid import noise
-from rigid.discovery.families import Family, read, sweep
-from rigid.discovery.hypothesis import Hypothesis
-from rigid.discovery.samples import (
+from rigid.discovery.fitting.families import Family, read, sweep
+from rigid.discovery.fitting.hypothesis import Hypothesis
+from rigid.discovery.fitting.samples import (
     Layout,
     Terms,
     data_of,

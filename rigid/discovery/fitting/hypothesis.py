@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from rigid.discovery.candidates import laws_of
+from rigid.discovery.fitting.candidates import laws_of
 from rigid.effects import AbstractEffect
 from rigid.newton import is_noise
 from rigid.parameters import Parameter

@@ -10,8 +10,8 @@ from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
-from rigid.discovery.bumps import KINDS, Bumps, Target
-from rigid.discovery.local import Local
+from rigid.discovery.fitting.local import Local
+from rigid.discovery.unseen.bumps import KINDS, Bumps, Target
 from rigid.effects import AbstractEffect
 from rigid.effects.base import PLUNGER
 from rigid.parameters import Parameter

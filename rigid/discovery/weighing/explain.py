@@ -13,10 +13,10 @@ import numpy as np
 from scipy.special import logsumexp
 from scipy.stats import chi2
 
-from rigid.discovery.bumps import Target
-from rigid.discovery.candidates import Candidate
-from rigid.discovery.evidence import Bundle, amplitudes, log_bayes
-from rigid.discovery.screening import Screening
+from rigid.discovery.fitting.candidates import Candidate
+from rigid.discovery.fitting.screening import Screening
+from rigid.discovery.unseen.bumps import Target
+from rigid.discovery.weighing.evidence import Bundle, amplitudes, log_bayes
 
 NOTHING, UNNAMED = "nothing", "unnamed"
 PRIOR_NOTHING, PRIOR_UNNAMED = 0.5, 0.1

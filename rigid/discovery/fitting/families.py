@@ -18,7 +18,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from rigid.discovery.hidden import HIDDEN
+from rigid.discovery.fitting.hidden import HIDDEN
 from rigid.effects import AbstractEffect
 from rigid.groups import AbstractGroup
 from rigid.priors import make_law

@@ -19,8 +19,8 @@ from rigid.correlation import (
     autocovariance,
     of_covariance,
 )
-from rigid.discovery.local import Local
-from rigid.discovery.screening import gram
+from rigid.discovery.fitting.local import Local
+from rigid.discovery.fitting.screening import gram
 
 TRACE_SD = 15.0
 """Prior sd of each trace, in units of its own strength: strong enough for all that is asked of."""

@@ -10,9 +10,9 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from rigid.discovery.bumps import Bumps, Target, together
-from rigid.discovery.local import Local
-from rigid.discovery.samples import Channel
+from rigid.discovery.fitting.local import Local
+from rigid.discovery.fitting.samples import Channel
+from rigid.discovery.unseen.bumps import Bumps, Target, together
 
 READINGS, RATES = "readings", "rates"
 """What a distortion may go by: all other quantities of the record; how fast each changes."""

@@ -11,7 +11,7 @@ import numpy as np
 from jax import Array
 
 from rigid import noise
-from rigid.discovery.families import Swept
+from rigid.discovery.fitting.families import Swept
 from rigid.likelihood import SensorSheet
 from rigid.problem import Problem
 

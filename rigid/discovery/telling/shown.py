@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from rigid.discovery.bumps import Target
-from rigid.discovery.crosstalk import RATES, READINGS, quantities
-from rigid.discovery.formula import simplest
-from rigid.discovery.hidden import UNITS
-from rigid.discovery.straight import FORMS, places
+from rigid.discovery.fitting.hidden import UNITS
+from rigid.discovery.unseen.bumps import Target
+from rigid.discovery.unseen.crosstalk import RATES, READINGS, quantities
+from rigid.discovery.unseen.formula import simplest
+from rigid.discovery.unseen.straight import FORMS, places
 from rigid.discovery.workflow import Outcome, Step
 from rigid.plots.discovery import HiddenShown
 

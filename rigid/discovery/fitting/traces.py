@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rigid.discovery.candidates import Candidate
-from rigid.discovery.families import Family, holding, read, sweep
-from rigid.discovery.local import Local
-from rigid.discovery.samples import Layout, flat_readings, split_swept
+from rigid.discovery.fitting.candidates import Candidate
+from rigid.discovery.fitting.families import Family, holding, read, sweep
+from rigid.discovery.fitting.local import Local
+from rigid.discovery.fitting.samples import Layout, flat_readings, split_swept
 
 SMALL = 1e-5
 """Share of an amplitude's prior up to which records are compared in place of a derivative, where

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
 
-from rigid.discovery.bumps import Bumps, Target, together
+from rigid.discovery.unseen.bumps import Bumps, Target, together
 
 FORMS: Mapping[str, Callable[[np.ndarray], np.ndarray]] = {
     "constant": np.ones_like,

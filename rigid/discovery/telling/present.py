@@ -5,11 +5,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigid import __version__
-from rigid.discovery.explain import NOTHING, UNNAMED, Explained
 from rigid.discovery.judging import gap
-from rigid.discovery.output import interval, quoted
-from rigid.discovery.shown import hidden_shown
-from rigid.discovery.words import WORDS
+from rigid.discovery.telling.output import interval, quoted
+from rigid.discovery.telling.shown import hidden_shown
+from rigid.discovery.telling.words import WORDS
+from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained
 from rigid.discovery.workflow import Judged, Outcome, Step
 from rigid.plots.discovery import MOST_PANELS, ResidualShown
 from rigid.report.discovery import DiscoveryContent, StepContent

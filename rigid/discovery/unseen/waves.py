@@ -10,10 +10,10 @@ import math
 
 import numpy as np
 
-from rigid.discovery.bumps import Bumps, Target, together
-from rigid.discovery.local import Local
-from rigid.discovery.samples import Channel
-from rigid.discovery.traces import reads
+from rigid.discovery.fitting.local import Local
+from rigid.discovery.fitting.samples import Channel
+from rigid.discovery.fitting.traces import reads
+from rigid.discovery.unseen.bumps import Bumps, Target, together
 
 WAVING = {
     "pressure": ("force", "plunger-momentum"),

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from rigid.discovery.explain import NOTHING, UNNAMED, Explained, prior_of
-from rigid.discovery.pairs import Pairs
+from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained, prior_of
+from rigid.discovery.weighing.pairs import Pairs
 
 PRIOR_PAIRS = 0.05
 """What one would bet on two effects at once, before any record, shared evenly by all pairs; it is

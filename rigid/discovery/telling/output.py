@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from rigid.catalogue import effects_named, name_in_specs
-from rigid.discovery.explain import NOTHING, UNNAMED, Explained
-from rigid.discovery.hypothesis import Hypothesis
+from rigid.discovery.fitting.hypothesis import Hypothesis
+from rigid.discovery.fitting.local import Local
 from rigid.discovery.judging import gap
-from rigid.discovery.local import Local
+from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained
 from rigid.discovery.workflow import LIKELY, Judged, Outcome, Step
 from rigid.spec import Spec
 

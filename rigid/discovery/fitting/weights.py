@@ -3,15 +3,15 @@
 Residuals that resemble their neighbours count less (`rigid.correlation`). But a missing effect
 makes neighbours alike, too; taken for correlated noise, it would hide itself. So the correlation is
 that of what is left after the traces of all effects and hidden forces have had their say
-(`rigid.discovery.leftover`). Single samples that stand far off both neighbours are no physics of a
-rig, nor are those of a sensor at the end of its range: they do not count at all.
+(`rigid.discovery.fitting.leftover`). Single samples that stand far off both neighbours are no
+physics of a rig, nor are those of a sensor at the end of its range: they do not count at all.
 """
 
 import numpy as np
 
-from rigid.discovery.leftover import Explaining, correlation_times
-from rigid.discovery.local import Local
-from rigid.discovery.samples import data_of
+from rigid.discovery.fitting.leftover import Explaining, correlation_times
+from rigid.discovery.fitting.local import Local
+from rigid.discovery.fitting.samples import data_of
 from rigid.records.checks import SATURATED_RUN
 from rigid.records.defects import runs
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from rigid.discovery.explain import NOTHING, UNNAMED, Explained
-from rigid.discovery.odds import Odds
+from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained
+from rigid.discovery.weighing.odds import Odds
 
 SURE_NAME = 0.8
 """A name is given where it has this probability among all that could be missing, and ..."""

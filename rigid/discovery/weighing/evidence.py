@@ -1,8 +1,8 @@
 """How much better the records are explained with an effect than without, as log Bayes factors.
 
-All of it rests on the quadratic expansion around a fit (`rigid.discovery.screening`): with slope g
-and information I of an amplitude a, the likelihood ratio is exp(g a - I a^2/2), whatever the
-records; what is left is one integral over the amplitude's prior.
+All of it rests on the quadratic expansion around a fit (`rigid.discovery.fitting.screening`): with
+slope g and information I of an amplitude a, the likelihood ratio is exp(g a - I a^2/2), whatever
+the records; what is left is one integral over the amplitude's prior.
 """
 
 import numpy as np

@@ -1,0 +1,1 @@
+"""A fit of the model and what could be added to it: programs, samples, slopes, weights."""

@@ -1,0 +1,1 @@
+"""How probable every explanation of what a fit leaves over is."""
