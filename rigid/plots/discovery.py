@@ -134,5 +134,6 @@ def _by_group(axes: Axes, shown: HiddenShown) -> None:
     axes.axhline(shown.formula[0] * up, color=VERMILION, linestyle="--", label=shown.model)
     axes.set_xlim(-0.5, len(shown.groups) - 0.5)
     axes.set_xticks(shown.place, shown.groups)
+    axes.set_xlabel(shown.variable)
     axes.set_ylabel(shown.name if shown.unit == "1" else f"{shown.name} [{unit}]")
     axes.legend()

@@ -152,9 +152,9 @@ def _crosstalk(
         for number, unit, name in zip(mean, units, names, strict=True)
     )
     return HiddenShown(
-        variable=target.variable,
+        variable="the most in any record, by what it answers to",
         variable_unit="1",
-        name=f"{TARGET_NAMES.get(target.kind, target.kind)}, at most",
+        name=TARGET_NAMES.get(target.kind, target.kind),
         unit=own,
         place=np.arange(len(others), dtype=float),
         mean=mean * most,

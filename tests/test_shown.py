@@ -1,0 +1,78 @@
+"""What is said of the hidden thing that explains most."""
+
+import numpy as np
+import pytest
+
+from rigid.discovery.fitting.local import Local
+from rigid.discovery.fitting.samples import Channel, Layout
+from rigid.discovery.fitting.screening import Around, screen
+from rigid.discovery.telling.shown import hidden_shown
+from rigid.discovery.unseen.bumps import Bumps, Target, together
+from rigid.discovery.unseen.crosstalk import RATES, answering
+from rigid.discovery.unseen.straight import straight
+from rigid.discovery.weighing.explain import Explained, bundles_of
+from rigid.discovery.workflow import Bench, Outcome, Step
+from rigid.plots.discovery import hidden_figure
+
+SAMPLES = 300
+TIME = np.arange(SAMPLES) * 0.01
+LISTED = ("load", "stroke", "pressure")
+CHANNELS = tuple(Channel("free-run-1,A", "free-run", q, f"{q},A", 0.01) for q in LISTED)
+NUMBER = np.repeat(np.arange(len(LISTED)), SAMPLES)
+READING = np.concatenate(
+    [1e3 * np.sin(2.0 * TIME), 0.05 * np.sin(5.0 * TIME), 1e6 * np.cos(3.0 * TIME)]
+)
+NOISE = np.repeat([100.0, 1e-4, 1e4], SAMPLES)
+
+
+def bare(cls, **fields):
+    """An object of a class with some of its fields alone: the rest is never asked for."""
+    one = object.__new__(cls)
+    for name, value in fields.items():
+        object.__setattr__(one, name, value)
+    return one
+
+
+def found(hidden: Bumps, change: np.ndarray):
+    """What is shown where the records hold a change (n,) and the fit adjusts nothing."""
+    bend = NOISE**-2.0
+    around = Around(change * bend, bend, np.zeros((len(bend), 1)), np.zeros(1))
+    screening = screen(around, hidden.columns)
+    bundles = bundles_of(hidden.target, 0, screening.information)
+    logs = np.array([b.log_bayes(screening.slope) for _, b in bundles])
+    none = np.zeros(0)
+    explained = Explained((), hidden.target, screening, none, bundles, logs, 0.001)
+    base = bare(Local, layout=bare(Layout, channels=CHANNELS))
+    outcome = bare(Outcome, base=base, bench=bare(Bench, bumps=hidden))
+    return hidden_shown(bare(Step, explained=explained), outcome)
+
+
+def test_a_gauge_that_reads_the_flow_is_said_to_answer_to_the_rate_of_the_stroke():
+    hidden = answering(CHANNELS, NUMBER, np.tile(TIME, 3), READING)
+    at = [t.kind == "pressure" and t.variable == RATES for t in hidden.target].index(True) + 1
+    shown = found(hidden, 1e5 * hidden.columns[:, at])  # 0.25 m/s at the most
+    assert shown.groups == ("rate of load", "rate of stroke", "rate of pressure")
+    assert shown.name == "distortion of the gauge"
+    number = float(shown.words.split(", ")[1].split()[0])
+    # A strength of 30: the prior, of three numbers together, takes a few per cent off.
+    assert number == pytest.approx(1e5, rel=0.06)
+    assert "Pa per m/s of the rate of stroke" in shown.words
+    assert shown.mean[1] == pytest.approx(number * 5.0 * 0.05, rel=0.02)
+    assert np.abs(shown.mean[[0, 2]]).max() < 0.1 * shown.mean[1]
+    axes = hidden_figure(shown, simulated=True).axes[0]
+    assert [tick.get_text() for tick in axes.get_xticklabels()] == list(shown.groups)
+    assert "[kPa]" in axes.get_ylabel()
+
+
+def test_a_leak_is_said_to_be_in_proportion_to_the_pressure():
+    places = np.linspace(0.0, 1e6, 6)
+    pressure = 5e5 * (1.0 + np.sin(np.arange(3 * SAMPLES)))
+    height = np.maximum(0.0, 1.0 - np.abs(pressure[:, None] - places) / 2e5)
+    target = Target("flow", "oil-balance", "pressure")
+    curves = Bumps(1e9 * NOISE[:, None] * height, (target,) * 6, places)
+    hidden = together([curves, straight(curves)])
+    shown = found(hidden, hidden.columns @ (-3e-15 * np.eye(len(hidden.target))[7]))
+    assert shown.words.split()[0].startswith("-3") or shown.words.split()[0].startswith("-2.9")
+    assert shown.words.endswith(" p")
+    np.testing.assert_allclose(shown.place, places)
+    assert not shown.groups
