@@ -133,7 +133,7 @@ def _advance(bar, done: int) -> None:
 
 def _written(asked: Question, outcome: "Outcome", options: Options) -> int:
     """Write every file and print the table or the JSON."""
-    from rigid.discovery.telling import output
+    from rigid.discovery.telling import compared, output
     from rigid.discovery.telling.present import Run, content
     from rigid.discovery.telling.terminal import table
     from rigid.files import write_text
@@ -144,10 +144,11 @@ def _written(asked: Question, outcome: "Outcome", options: Options) -> int:
     if any(step.chosen for step in outcome.steps):
         extended = folder / output.SPEC_NAME
         write_text(extended, output.extended_spec(spec, outcome, folder))
-    made = output.as_dict(spec, outcome, extended)
+    where = compared.compared(outcome, _seed(spec, options))
+    made = output.as_dict(spec, outcome, extended) | {"disagreements": compared.told(where)}
     text = json.dumps(made, indent=1, allow_nan=False) + "\n"
     write_text(folder / "discovery.json", text)
-    this = Run(_seed(spec, options), asked.notes)
+    this = Run(_seed(spec, options), asked.notes, where)
     write_report(content(spec, outcome, made, this), folder)
     sys.stdout.write(text if options.as_json else table(made))
     say(options, f"report: {folder / 'index.html'}")

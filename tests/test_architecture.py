@@ -58,7 +58,7 @@ WITHIN = {
         ("fitting",),
         ("unseen",),
         ("weighing",),
-        ("judging", "refit"),
+        ("disagreement", "judging", "refit"),
         ("further", "lines"),
         ("bench",),
         ("workflow",),

@@ -6,7 +6,7 @@ from scipy.linalg import cho_factor
 from scipy.signal import lfilter
 
 from rigid.discovery.fitting import leftover
-from rigid.discovery.fitting.leftover import TRACE_SD, Explaining, correlation_times
+from rigid.discovery.fitting.leftover import TRACE_SD, Explaining, noise_laws
 
 SAMPLES, CHANNELS, TRACES, RHO = 1000, 12, 40, 0.6
 TIME = (1.0 + RHO) / (1.0 - RHO)
@@ -33,18 +33,22 @@ def explaining(score: np.ndarray) -> Explaining:
     return Explaining(score, np.ones(len(score)), columns, pull, known)
 
 
+def times(explaining: Explaining, rows: list[np.ndarray], good: np.ndarray) -> list[float]:
+    return [law.time for law in noise_laws(explaining, rows, good)]
+
+
 def test_noise_keeps_its_correlation_though_traces_explain_the_slow_part(monkeypatch):
-    found = np.array(correlation_times(explaining(noise(RHO, 1)), ROWS, GOOD))
+    found = np.array(times(explaining(noise(RHO, 1)), ROWS, GOOD))
     # d log tau / d rho = 2/(1 - rho^2), sd of rho sqrt((1 - rho^2)/n): 8 % a channel. Noise whose
     # slow part is gone says half of that, and orders are chosen: twice as much; 12 channels: 5 %.
     assert found.mean() == pytest.approx(TIME, rel=3 * 0.05)
     monkeypatch.setattr(leftover, "ROUNDS", 0)
-    careless = np.array(correlation_times(explaining(noise(RHO, 1)), ROWS, GOOD))
+    careless = np.array(times(explaining(noise(RHO, 1)), ROWS, GOOD))
     assert careless.mean() < 0.6 * TIME
 
 
 def test_white_noise_stays_white():
-    found = correlation_times(explaining(noise(0.0, 2)), ROWS, GOOD)
+    found = times(explaining(noise(0.0, 2)), ROWS, GOOD)
     assert np.mean(found) == pytest.approx(1.0, abs=0.05)
 
 
@@ -52,6 +56,6 @@ def test_samples_that_do_not_count_say_nothing():
     good = GOOD & ~ROWS[3]
     score = np.where(good, noise(RHO, 3), 1e6)
     score[ROWS[3]] = 0.0
-    found = np.array(correlation_times(explaining(score), ROWS, good))
+    found = np.array(times(explaining(score), ROWS, good))
     assert found[3] == 1.0
     assert np.delete(found, 3).mean() == pytest.approx(TIME, rel=3 * 0.05)

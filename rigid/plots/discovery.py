@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from rigid.plots import metrology
@@ -52,6 +53,43 @@ class HiddenShown:
     words: str
     groups: tuple[str, ...] = ()
     model: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class ComparedShown:
+    """P-values of disagreements between records and predictions.
+
+    - `names`: of the channels. - `over`: what residuals were looked at over.
+    - `before`, `after` (channels, over): NaN where there is nothing to look at; `after` is None
+      where nothing was added.
+    """
+
+    names: tuple[str, ...]
+    over: tuple[str, ...]
+    before: Float[np.ndarray, "channels over"]
+    after: Float[np.ndarray, "channels over"] | None
+
+
+def compared_figure(shown: ComparedShown, simulated: bool) -> Figure:
+    """P-values of all channels, before and after; dark where they disagree beyond chance."""
+    tables = [(shown.before, "as specified")]
+    if shown.after is not None:
+        tables.append((shown.after, "with what was added"))
+    with house_style():
+        figure = new_figure(1.4 + 0.17 * len(shown.names), simulated)
+        grid = figure.add_gridspec(1, 2)
+        for column, (table, word) in enumerate(tables):
+            axes = figure.add_subplot(grid[0, column])
+            axes.set_facecolor("0.93")
+            image = axes.imshow(table, norm=LogNorm(1e-3, 1.0), cmap="Reds_r", aspect="auto")
+            axes.set_xticks(range(len(shown.over)), shown.over, rotation=90)
+            axes.set_yticks(range(len(shown.names)), shown.names if column == 0 else ())
+            axes.tick_params(length=0)
+            panel_title(axes, word)
+            if column == len(tables) - 1:
+                bar = figure.colorbar(image, ax=axes, shrink=0.7)
+                bar.set_label("p-value, all that was looked at counted")
+    return figure
 
 
 def residuals_figure(shown: Sequence[ResidualShown], simulated: bool) -> Figure:

@@ -7,8 +7,10 @@ import numpy as np
 from jaxtyping import Float
 
 from rigid.plots.discovery import (
+    ComparedShown,
     HiddenShown,
     ResidualShown,
+    compared_figure,
     hidden_figure,
     matrix_figure,
     residuals_figure,
@@ -45,6 +47,9 @@ class DiscoveryContent:
     """The section, complete.
 
     - `ruling`: the verdict in a sentence. - `steps`. - `ending`: what is left at the end.
+    - `where`: a sentence on where model and records disagree, and a row for each disagreement:
+      (channel, over what, from where to where, p-value, p-value with what was added).
+    - `compared`: for the figure.
     - `notes`: on the records as they were read.
     - `names`, `cosines` (n, n): what the records can tell apart. - `pairs`: sentences on it.
     - `rejected`: (effect, why).
@@ -55,6 +60,8 @@ class DiscoveryContent:
     verdict: str
     ruling: str
     steps: tuple[StepContent, ...]
+    where: tuple[str, tuple[tuple[str, str, str, str, str], ...]]
+    compared: ComparedShown
     ending: tuple[str, ...]
     notes: tuple[str, ...]
     names: tuple[str, ...]
@@ -99,6 +106,16 @@ def section(content: DiscoveryContent) -> Section:
         "records together.",
         "Matrix of cosines between the traces of all effects",
     )
+    key = "fig-discovery-where"
+    where = Illustration(
+        key,
+        svg(compared_figure(content.compared, content.simulated), key),
+        "How often chance alone leaves as large a disagreement somewhere, for every channel and "
+        "what its residuals were looked at over: its time, lines of frequency, the lag by which "
+        "samples resemble later ones beyond what the noise is taken for, and expected speed, load, "
+        "stroke and pressure. Grey: not recorded beside it.",
+        "P-values of disagreements of all channels",
+    )
     figures = [
         illustrations(i, step, content.simulated) for i, step in enumerate(content.steps, start=1)
     ]
@@ -106,7 +123,10 @@ def section(content: DiscoveryContent) -> Section:
         environment()
         .get_template("discovery.html.j2")
         .render(
-            content=content, steps=list(zip(content.steps, figures, strict=True)), matrix=matrix
+            content=content,
+            steps=list(zip(content.steps, figures, strict=True)),
+            matrix=matrix,
+            where=where,
         )
     )
     return Section(NAME, ORDER, "What is missing", html, content.title, content.simulated)

@@ -72,10 +72,10 @@ class Explaining:
         return scores - self.bend[:, None] * explained
 
 
-def correlation_times(
+def noise_laws(
     explaining: Explaining, rows: Sequence[np.ndarray], good: np.ndarray
-) -> list[float]:
-    """Correlation time of each channel's noise in samples.
+) -> list[Autoregression]:
+    """Autoregression that the scores of each channel's noise follow.
 
     - `rows`: masks (n,) of the channels. - `good` (n,): where samples count.
 
@@ -95,11 +95,11 @@ def correlation_times(
     for _ in range(ROUNDS):
         noise = np.zeros((len(good), DRAWS))
         for mine, fresh, law in zip(rows, white, _laws(sought, here), strict=True):
-            noise[mine] = _coloured(law, fresh)
+            noise[mine] = coloured(law, fresh)
         noise[~good] = 0.0
         taken = zip(covariances(noise), covariances(explaining.left_of(noise)), strict=True)
         sought = [f + (a - b) for f, (a, b) in zip(found, taken, strict=True)]
-    return [law.time for law in _laws(sought, here)]
+    return _laws(sought, here)
 
 
 def _laws(covariances: Sequence[np.ndarray], good: Sequence[np.ndarray]) -> list[Autoregression]:
@@ -110,8 +110,8 @@ def _laws(covariances: Sequence[np.ndarray], good: Sequence[np.ndarray]) -> list
     ]
 
 
-def _coloured(law: Autoregression, white: np.ndarray) -> np.ndarray:
+def coloured(law: Autoregression, white: np.ndarray) -> np.ndarray:
     """Noise by an autoregression from white noise (SETTLING + n, draws), (n, draws)."""
     innovation = np.sqrt(law.variance) * white
-    coloured = np.asarray(lfilter([1.0], [1.0, *-law.coefficients], innovation, axis=0))
-    return coloured[SETTLING:]
+    noise = np.asarray(lfilter([1.0], [1.0, *-law.coefficients], innovation, axis=0))
+    return noise[SETTLING:]

@@ -9,7 +9,7 @@ physics of a rig, nor are those of a sensor at the end of its range: they do not
 
 import numpy as np
 
-from rigid.discovery.fitting.leftover import Explaining, correlation_times
+from rigid.discovery.fitting.leftover import Explaining, noise_laws
 from rigid.discovery.fitting.local import Local
 from rigid.discovery.fitting.samples import data_of
 from rigid.records.checks import SATURATED_RUN
@@ -80,6 +80,6 @@ def facts(local: Local, traces: np.ndarray) -> np.ndarray:
     weight = np.where(good, 1.0, 0.0)
     rows = [layout.channel == number for number in range(len(layout.channels))]
     explaining = Explaining.by(local, traces)
-    for mine, time in zip(rows, correlation_times(explaining, rows, good), strict=True):
-        weight[mine] /= time
+    for mine, law in zip(rows, noise_laws(explaining, rows, good), strict=True):
+        weight[mine] /= law.time
     return weight

@@ -6,6 +6,7 @@ import numpy as np
 
 from rigid import __version__
 from rigid.discovery.judging import gap
+from rigid.discovery.telling.compared import Compared, sentence, shown, table
 from rigid.discovery.telling.output import interval, quoted
 from rigid.discovery.telling.shown import hidden_shown
 from rigid.discovery.telling.words import WORDS
@@ -20,10 +21,14 @@ LEAST_APART = 0.8
 
 
 class Run(NamedTuple):
-    """The seed of a run, and notes on its records: what was dropped on reading."""
+    """What goes with a run of the model against records.
+
+    - `seed`. - `notes`: what was dropped on reading. - `compared`: where it disagrees with them.
+    """
 
     seed: int
     notes: tuple[str, ...]
+    compared: Compared
 
 
 def content(spec: Spec, outcome: Outcome, made: dict[str, Any], run: Run) -> DiscoveryContent:
@@ -41,6 +46,8 @@ def content(spec: Spec, outcome: Outcome, made: dict[str, Any], run: Run) -> Dis
                 zip(outcome.steps, made["steps"], strict=True), start=1
             )
         ),
+        where=(sentence(run.compared), table(made["disagreements"])),
+        compared=shown(run.compared),
         ending=_ending(outcome),
         notes=run.notes,
         names=names,

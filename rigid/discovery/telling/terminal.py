@@ -4,8 +4,17 @@ from typing import Any
 
 
 def table(made: dict[str, Any]) -> str:
-    """Lines for standard output; `made` is what goes to discovery.json."""
+    """Lines for standard output; `made` is what goes to discovery.json.
+
+    Below the verdict stand the disagreements between model and records that are beyond chance, or
+    the one that comes nearest to it.
+    """
     lines = [f"verdict: {made['verdict']}"]
+    for one in made["disagreements"]:
+        lines.append(
+            f"   {one['record']},{one['cylinder']} {one['channel']} over {one['over']}, "
+            f"{one['from']:.3g} to {one['to']:.3g} {one['unit']}: p {one['p_value']:.3f}"
+        )
     for number, step in enumerate(made["steps"], start=1):
         where = step["where"]
         lines.append(

@@ -1,0 +1,209 @@
+"""Where records and predictions disagree: per record and channel, over time, lag, frequency, state.
+
+Every statement has a p-value among campaigns of the fitted model, whose noise is as correlated as
+here and whose parameters are fitted, and one that counts all statements that were tried: how often
+the least of all p-values is as small (Westfall and Young 1993, Resampling-Based Multiple Testing).
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+from scipy.stats import norm
+
+from rigid.correlation import Autoregression
+from rigid.discovery.fitting.leftover import SETTLING, Explaining, coloured, noise_laws
+from rigid.discovery.fitting.local import Local
+from rigid.discovery.fitting.samples import Channel
+
+DRAWS = 1000
+"""Simulated campaigns."""
+BLOCKS, BINS, LAGS = 12, 8, 20
+"""Stretches of a record, classes of a state, lags in samples that are looked at."""
+LEAST_SAMPLES = 60
+"""Of a channel that is looked at."""
+MOVING = ("stroke", "position")
+"""Quantities whose rate is a speed."""
+TIME, FREQUENCY, LAG, SPEED = "time", "frequency", "lag", "speed"
+LARGE = 20.0
+
+
+class Disagreement(NamedTuple):
+    """One statement: residuals of a channel are too large over something, and where they are most.
+
+    - `record`: "record,cylinder"; `quantity`: of the channel. - `over`: "time", "frequency", "lag",
+      "speed" or a quantity. - `where`: from and to [SI]. - `alone`: p-value if nothing else were
+      looked at; `p_value`: with all that was.
+    """
+
+    record: str
+    quantity: str
+    over: str
+    where: tuple[float, float]
+    alone: float
+    p_value: float
+
+
+class Look(NamedTuple):
+    """One channel looked at over one thing.
+
+    - `log_p` (1 + draws,): of the records, then of every simulated campaign. - `where`: of the
+      former.
+    """
+
+    over: str
+    log_p: np.ndarray
+    where: tuple[float, float]
+
+
+def disagreements(local: Local, traces: np.ndarray, seed: int) -> tuple[Disagreement, ...]:
+    """Compare every channel with what is expected of it, the surest disagreement first.
+
+    - `local`: a fit. - `traces` (n, k): of all that may be missing, so that none of it is taken
+      for noise.
+    """
+    layout = local.layout
+    channels = layout.channels
+    campaigns = _Campaigns.of(local, traces, seed)
+    names, found = [], []
+    for number, channel in enumerate(channels):
+        rows = np.flatnonzero((layout.channel == number) & (local.terms.bend > 0.0))
+        if len(rows) < LEAST_SAMPLES:
+            continue
+        series = np.concatenate([local.terms.score[rows, None], campaigns.left(number, rows)], 1)
+        series /= np.sqrt(local.terms.bend[rows, None])
+        place = (layout.time[rows], channel.interval, _states(local, channels, channel, rows))
+        for look in looks(series, *place):
+            names.append(channel)
+            found.append(look)
+    return judged(names, found)
+
+
+def judged(channels: list[Channel], tests: list[Look]) -> tuple[Disagreement, ...]:
+    """Give every test its p-values, alone and among all; the least first."""
+    if not tests:
+        return ()
+    logs = np.stack([test.log_p for test in tests])
+    least, count = logs[:, 1:].min(axis=0), logs.shape[1]
+    found = []
+    for channel, test, mine in zip(channels, tests, logs, strict=True):
+        alone = (1 + np.sum(mine[1:] <= mine[0])) / count
+        among = (1 + np.sum(least <= mine[0])) / count
+        found.append(
+            Disagreement(
+                channel.track, channel.quantity, test.over, test.where, float(alone), float(among)
+            )
+        )
+    order = np.argsort(logs[:, 0], kind="stable")
+    return tuple(found[i] for i in order)
+
+
+def looks(
+    series: np.ndarray, time: np.ndarray, interval: float, states: dict[str, np.ndarray]
+) -> Iterator[Look]:
+    """All tests of one channel.
+
+    - `series` (n, 1 + draws): residuals in sds, of the records and of simulated campaigns. - `time`
+      (n,), `interval` [s]. - `states`: what the channel may go by, (n,) each.
+    """
+    yield _over_classes(TIME, series, time, BLOCKS)
+    for name, state in states.items():
+        yield _over_classes(name, series, state, BINS)
+    power = np.abs(np.fft.rfft(series, axis=0)[1:]) ** 2
+    frequency = np.fft.rfftfreq(len(series), interval)[1:]
+    usual = power[:, 1:].mean(axis=1, keepdims=True)
+    log_p, at = _least(-power / np.maximum(usual, 1e-300))
+    yield Look(FREQUENCY, log_p, (float(frequency[at]), float(frequency[at])))
+    products = np.stack([np.mean(series[k:] * series[:-k], axis=0) for k in range(1, LAGS + 1)])
+    products /= np.mean(series**2, axis=0)
+    log_p, at = _least(_two_sided(_standard(products)))
+    yield Look(LAG, log_p, ((at + 1) * interval, (at + 1) * interval))
+
+
+def _over_classes(over: str, series: np.ndarray, state: np.ndarray, count: int) -> Look:
+    """Means of residuals in classes of a state, each with as many samples."""
+    order = np.argsort(state, kind="stable")
+    edges = np.linspace(0, len(order), count + 1).astype(int)
+    sums = np.add.reduceat(series[order], edges[:-1], axis=0)
+    log_p, at = _least(_two_sided(_standard(sums)))
+    mine = state[order[edges[at] : edges[at + 1]]]
+    return Look(over, log_p, (float(mine[0]), float(mine[-1])))
+
+
+def _standard(values: np.ndarray) -> np.ndarray:
+    """Values (m, 1 + draws) over the mean and sd that simulated campaigns have."""
+    null = values[:, 1:]
+    sd = np.maximum(null.std(axis=1, keepdims=True), 1e-300)
+    return (values - null.mean(axis=1, keepdims=True)) / sd
+
+
+def _two_sided(values: np.ndarray) -> np.ndarray:
+    return np.log(2.0) + norm.logsf(np.abs(values))
+
+
+def _least(logs: np.ndarray) -> tuple[np.ndarray, int]:
+    """Log p-value (columns,) of the least of m (m, columns), and which it is in the first."""
+    least = logs.min(axis=0)
+    many = np.log(len(logs)) + least
+    exact = np.log(-np.expm1(len(logs) * np.log1p(-np.exp(np.minimum(least, -1e-12)))))
+    return np.where(least < -LARGE, many, exact), int(np.argmin(logs[:, 0]))
+
+
+def _states(
+    local: Local, channels: tuple[Channel, ...], channel: Channel, rows: np.ndarray
+) -> dict[str, np.ndarray]:
+    """What a channel's residuals may go by (n,): expected quantities of its record, the speed."""
+    layout, found = local.layout, {}
+    time = layout.time[rows]
+    for number, other in enumerate(channels):
+        if other.track != channel.track:
+            continue
+        mine = np.flatnonzero(layout.channel == number)
+        values, when = local.reading[mine], layout.time[mine]
+        if other.quantity in MOVING:
+            found[SPEED] = np.interp(time, when, np.gradient(values, when))
+        found[other.quantity] = np.interp(time, when, values)
+    return found
+
+
+class _Campaigns(NamedTuple):
+    """Simulated campaigns of a fitted model.
+
+    Noise is drawn anew where it is asked for, channel by channel: all at once takes gigabytes.
+
+    - `laws`: of each channel's noise. - `coefficients` (size, DRAWS): what fitting them takes.
+    """
+
+    local: Local
+    laws: list[Autoregression]
+    seed: int
+    coefficients: np.ndarray
+
+    @classmethod
+    def of(cls, local: Local, traces: np.ndarray, seed: int) -> "_Campaigns":
+        """Draw campaigns, and fit them to first order."""
+        layout = local.layout
+        rows = [layout.channel == number for number in range(len(layout.channels))]
+        laws = noise_laws(Explaining.by(local, traces), rows, layout.weight > 0.0)
+        # Where the truth lies in the prior is drawn, too: the fit is pulled off it by its prior.
+        rng = np.random.default_rng([seed, 8])
+        pull = -rng.standard_normal((len(local.w), DRAWS))
+        drawn = cls(local, laws, seed, pull)
+        for number, mine in enumerate(rows):
+            pull += local.design[mine].T @ drawn.noise(number)
+        return drawn._replace(coefficients=cho_solve(cho_factor(local.information), pull))
+
+    def noise(self, number: int) -> np.ndarray:
+        """Scores of a channel's noise (samples of it, DRAWS)."""
+        mine = self.local.layout.channel == number
+        rng = np.random.default_rng([self.seed, 8, number])
+        noise = coloured(self.laws[number], rng.standard_normal((SETTLING + mine.sum(), DRAWS)))
+        return noise * (self.local.layout.weight[mine] > 0.0)[:, None]
+
+    def left(self, number: int, rows: np.ndarray) -> np.ndarray:
+        """What fitting leaves of it in some rows of the channel (rows, DRAWS)."""
+        mine = np.flatnonzero(self.local.layout.channel == number)
+        taken = self.local.design[rows] @ self.coefficients
+        noise = self.noise(number)[np.searchsorted(mine, rows)]
+        return noise - self.local.terms.bend[rows, None] * taken

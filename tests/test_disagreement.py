@@ -1,0 +1,106 @@
+"""Where records and predictions disagree: false alarms, places, the count of all that is tried."""
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+from rigid.discovery.disagreement import Disagreement, judged, looks
+from rigid.discovery.fitting.samples import Channel
+from rigid.discovery.telling.compared import Compared, sentence, shown, table, told
+from rigid.plots.discovery import compared_figure
+
+SAMPLES, DRAWS, INTERVAL = 400, 300, 0.01
+TIME = INTERVAL * np.arange(SAMPLES)
+STATES = {"speed": np.cos(4.0 * TIME), "pressure": np.sin(11.0 * TIME)}
+CHANNELS = [
+    Channel(f"free-run-{n},A", "free-run", q, f"{q},A", INTERVAL)
+    for n in (1, 2)
+    for q in ("load", "pressure")
+]
+
+
+def looked_at(seed: int, change: dict[int, np.ndarray] | None = None) -> tuple[Disagreement, ...]:
+    """White noise in four channels, with changes in some of them."""
+    rng = np.random.default_rng(seed)
+    channels, tests = [], []
+    for number, channel in enumerate(CHANNELS):
+        series = rng.standard_normal((SAMPLES, 1 + DRAWS))
+        series[:, 0] += (change or {}).get(number, 0.0)
+        for test in looks(series, TIME, INTERVAL, STATES):
+            channels.append(channel)
+            tests.append(test)
+    return judged(channels, tests)
+
+
+def test_one_campaign_in_ten_has_a_p_value_of_a_tenth_and_far_more_without_the_count():
+    runs = [looked_at(seed) for seed in range(200)]
+    least = np.array([min(one.p_value for one in found) for found in runs])
+    alarms = int((least <= 0.1).sum())
+    low, high = binom.ppf([0.001, 0.999], len(runs), 0.1)
+    assert low <= alarms <= high
+    careless = np.array([min(one.alone for one in found) for found in runs])
+    assert (careless <= 0.1).sum() > 2 * high
+
+
+def test_a_push_for_a_while_shows_over_time_where_it_is():
+    push = np.where((TIME > 1.0) & (TIME < 1.4), 1.2, 0.0)
+    first = looked_at(1, {2: push})[0]
+    assert (first.record, first.quantity, first.over) == ("free-run-2,A", "load", "time")
+    assert first.p_value < 0.01
+    assert 0.9 < first.where[0] < first.where[1] < 1.5
+
+
+def test_a_line_shows_at_its_frequency():
+    first = looked_at(2, {1: 0.6 * np.sin(2.0 * np.pi * 12.0 * TIME)})[0]
+    assert (first.quantity, first.over) == ("pressure", "frequency")
+    assert first.where[0] == pytest.approx(12.0, abs=0.3)
+    assert first.p_value < 0.01
+
+
+def test_what_goes_by_a_state_shows_over_it():
+    by_speed = np.where(STATES["speed"] < -0.85, 0.9, 0.0)  # in two stretches of time
+    looked = looked_at(3, {0: by_speed})
+    found = {o.over: o for o in looked if (o.record, o.quantity) == ("free-run-1,A", "load")}
+    assert found["speed"].p_value < 0.01
+    assert found["speed"].where[1] < -0.7
+
+
+def test_samples_that_resemble_the_one_before_show_at_their_lag():
+    rng = np.random.default_rng(4)
+    drawn = rng.standard_normal(SAMPLES + 1)
+    found = looked_at(4, {3: 2.0 * (drawn[1:] + drawn[:-1])})
+    mine = [one for one in found if one.over == "lag" and one.p_value < 0.05]
+    assert [(one.record, one.quantity, one.where) for one in mine] == [
+        ("free-run-2,A", "pressure", (INTERVAL, INTERVAL))
+    ]
+
+
+def test_what_is_told_is_sure_or_the_one_that_comes_nearest():
+    push = np.where((TIME > 1.0) & (TIME < 1.4), 1.2, 0.0)
+    seeds = (seed for seed in range(5, 50) if looked_at(seed)[0].p_value > 0.1)
+    quietest = next(seeds)
+    nothing, something = looked_at(quietest), looked_at(quietest, {2: push})
+    quiet = told(Compared(nothing, None))
+    assert len(quiet) == 1
+    assert quiet[0]["p_value_after"] is None
+    assert table(quiet) == ()
+    assert sentence(Compared(nothing, None)).startswith("Nowhere beyond chance")
+    after = {(o.record, o.quantity, o.over): o for o in nothing}
+    both = Compared(something, after)
+    loud = told(both)
+    assert all(one["p_value"] < 0.05 for one in loud)
+    assert loud[0]["unit"] == "s"
+    row = table(loud)[0]
+    assert row[:2] == ("free-run-2,A load", "time")
+    assert float(row[3]) < 0.05 < float(row[4])
+    assert " of 20 comparisons" in sentence(both)
+    picture = shown(both)
+    assert picture.over == ("time", "frequency", "lag", "speed", "pressure")
+    assert picture.after is not None
+    assert picture.before.shape == picture.after.shape == (4, 5)
+    assert len(compared_figure(picture, simulated=True).axes) == 3
+
+
+def test_a_channel_that_is_too_short_leaves_nothing_to_say():
+    assert judged([], []) == ()
+    assert sentence(Compared((), None)).startswith("No channel")
