@@ -5,7 +5,7 @@ here and whose parameters are fitted, and one that counts all statements that we
 the least of all p-values is as small (Westfall and Young 1993, Resampling-Based Multiple Testing).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -21,10 +21,14 @@ DRAWS = 1000
 """Simulated campaigns."""
 BLOCKS, BINS, LAGS = 12, 8, 20
 """Stretches of a record, classes of a state, lags in samples that are looked at."""
+FINE = 64
+"""Classes of a state in one channel, of which those of all channels together are made."""
 LEAST_SAMPLES = 60
 """Of a channel that is looked at."""
 MOVING = ("stroke", "position")
 """Quantities whose rate is a speed."""
+ALL = "all records"
+"""In place of a record, where all channels of a quantity are looked at together."""
 TIME, FREQUENCY, LAG, SPEED = "time", "frequency", "lag", "speed"
 LARGE = 20.0
 
@@ -32,9 +36,9 @@ LARGE = 20.0
 class Disagreement(NamedTuple):
     """One statement: residuals of a channel are too large over something, and where they are most.
 
-    - `record`: "record,cylinder"; `quantity`: of the channel. - `over`: "time", "frequency", "lag",
-      "speed" or a quantity. - `where`: from and to [SI]. - `alone`: p-value if nothing else were
-      looked at; `p_value`: with all that was.
+    - `record`: "record,cylinder", or ALL; `quantity`: of the channel. - `over`: "time", "lag",
+      "frequency", "speed" or a quantity. - `where`: from and to [SI]. - `alone`: p-value if nothing
+      else were looked at; `p_value`: with all that was.
     """
 
     record: str
@@ -66,18 +70,63 @@ def disagreements(local: Local, traces: np.ndarray, seed: int) -> tuple[Disagree
     layout = local.layout
     channels = layout.channels
     campaigns = _Campaigns.of(local, traces, seed)
+    pools = {q: Pool() for q in dict.fromkeys(c.quantity for c in channels)}
     names, found = [], []
     for number, channel in enumerate(channels):
         rows = np.flatnonzero((layout.channel == number) & (local.terms.bend > 0.0))
         if len(rows) < LEAST_SAMPLES:
             continue
         series = np.concatenate([local.terms.score[rows, None], campaigns.left(number, rows)], 1)
-        series /= np.sqrt(local.terms.bend[rows, None])
-        place = (layout.time[rows], channel.interval, _states(local, channels, channel, rows))
-        for look in looks(series, *place):
+        series /= np.sqrt(np.mean(local.terms.bend[rows]))
+        states = _states(local, channels, channel, rows)
+        pools[channel.quantity].add(series, states)
+        for look in looks(series, layout.time[rows], channel.interval, states):
             names.append(channel)
             found.append(look)
+    for quantity, pool in pools.items():
+        together = Channel(ALL, "", quantity, quantity, 0.0)
+        for look in pool.looks():
+            names.append(together)
+            found.append(look)
     return judged(names, found)
+
+
+class Pool:
+    """Residuals of all channels of a quantity by the states they go by.
+
+    Means over so many fine classes of a channel that those of all can be put together later: a
+    class of a state holds the same share of samples, and records differ in what they reach.
+    """
+
+    def __init__(self) -> None:
+        self._sums: dict[str, list[np.ndarray]] = {}
+        self._spans: dict[str, list[np.ndarray]] = {}
+
+    def add(self, series: np.ndarray, states: Mapping[str, np.ndarray]) -> None:
+        """Take a channel's residuals (n, 1 + draws) and states (n,)."""
+        count = min(FINE, len(series))
+        edges = np.linspace(0, len(series), count + 1).astype(int)
+        for name, state in states.items():
+            order = np.argsort(state, kind="stable")
+            sums = np.add.reduceat(series[order], edges[:-1], axis=0)
+            self._sums.setdefault(name, []).append(sums)
+            self._spans.setdefault(name, []).append(
+                np.stack([state[order[edges[:-1]]], state[order[edges[1:] - 1]], np.diff(edges)], 1)
+            )
+
+    def looks(self) -> Iterator[Look]:
+        """Look at the quantity over every state in which two channels or more have their say."""
+        for name, parts in self._sums.items():
+            if len(parts) < 2:
+                continue
+            sums, spans = np.concatenate(parts), np.concatenate(self._spans[name])
+            order = np.argsort(spans[:, :2].mean(axis=1), kind="stable")
+            reached = np.cumsum(spans[order, 2])
+            group = np.minimum((BINS * (reached - 1) / reached[-1]).astype(int), BINS - 1)
+            firsts = np.flatnonzero(np.diff(group, prepend=-1))
+            log_p, at = _least(_two_sided(_standard(np.add.reduceat(sums[order], firsts, axis=0))))
+            mine = spans[order[group == group[firsts[at]]]]
+            yield Look(name, log_p, (float(mine[:, 0].min()), float(mine[:, 1].max())))
 
 
 def judged(channels: list[Channel], tests: list[Look]) -> tuple[Disagreement, ...]:
@@ -199,7 +248,10 @@ class _Campaigns(NamedTuple):
         mine = self.local.layout.channel == number
         rng = np.random.default_rng([self.seed, 8, number])
         noise = coloured(self.laws[number], rng.standard_normal((SETTLING + mine.sum(), DRAWS)))
-        return noise * (self.local.layout.weight[mine] > 0.0)[:, None]
+        # A rounded reading says most where the truth is about to turn over to the next step.
+        bend = np.maximum(self.local.terms.bend[mine], 0.0)
+        usual = float(bend.sum()) / max(np.count_nonzero(bend), 1)
+        return noise * np.sqrt(bend / max(usual, 1e-300))[:, None]
 
     def left(self, number: int, rows: np.ndarray) -> np.ndarray:
         """What fitting leaves of it in some rows of the channel (rows, DRAWS)."""

@@ -4,7 +4,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigid.discovery.disagreement import FREQUENCY, LAG, SPEED, TIME, Disagreement, disagreements
+from rigid.discovery.disagreement import (
+    ALL,
+    FREQUENCY,
+    LAG,
+    SPEED,
+    TIME,
+    Disagreement,
+    disagreements,
+)
 from rigid.discovery.telling.shown import TARGET_UNITS
 from rigid.discovery.workflow import Outcome
 from rigid.plots import metrology
@@ -53,7 +61,7 @@ def told(found: Compared) -> list[dict[str, Any]]:
 
 
 def _told(one: Disagreement, found: Compared) -> dict[str, Any]:
-    record, cylinder = one.record.split(",")
+    record, cylinder = one.record.split(",") if one.record != ALL else (None, None)
     later = None if found.after is None else found.after.get(_key(one))
     return {
         "record": record,
@@ -92,11 +100,17 @@ def table(listed: list[dict[str, Any]]) -> tuple[tuple[str, str, str, str, str],
     return tuple(_row(one) for one in listed if one["p_value"] < SURE)
 
 
+def channel_of(one: dict[str, Any]) -> str:
+    """Name of the channel that a disagreement of discovery.json is of."""
+    record = ALL if one["record"] is None else f"{one['record']},{one['cylinder']}"
+    return f"{record} {one['channel']}"
+
+
 def _row(one: dict[str, Any]) -> tuple[str, str, str, str, str]:
     low, high = (metrology.significant(one[end], one["unit"]) for end in ("from", "to"))
     after = one["p_value_after"]
     return (
-        f"{one['record']},{one['cylinder']} {one['channel']}",
+        channel_of(one),
         one["over"],
         low if low == high else f"{low} to {high}",
         f"{one['p_value']:.3f}",
@@ -106,8 +120,7 @@ def _row(one: dict[str, Any]) -> tuple[str, str, str, str, str]:
 
 def shown(found: Compared) -> ComparedShown:
     """The same for a picture: p-values of all channels over all that was looked at."""
-    rows = tuple(dict.fromkeys((one.record, one.quantity) for one in found.before))
-    rows = tuple(sorted(rows))
+    rows = tuple(sorted({(one.record, one.quantity) for one in found.before}))
     seen = dict.fromkeys(one.over for one in found.before)
     columns = (*(c for c in FIRST if c in seen), *sorted(c for c in seen if c not in FIRST))
 

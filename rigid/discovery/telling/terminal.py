@@ -2,6 +2,8 @@
 
 from typing import Any
 
+from rigid.discovery.telling.compared import channel_of
+
 
 def table(made: dict[str, Any]) -> str:
     """Lines for standard output; `made` is what goes to discovery.json.
@@ -12,8 +14,8 @@ def table(made: dict[str, Any]) -> str:
     lines = [f"verdict: {made['verdict']}"]
     for one in made["disagreements"]:
         lines.append(
-            f"   {one['record']},{one['cylinder']} {one['channel']} over {one['over']}, "
-            f"{one['from']:.3g} to {one['to']:.3g} {one['unit']}: p {one['p_value']:.3f}"
+            f"   {channel_of(one)} over {one['over']}, {one['from']:.3g} to {one['to']:.3g} "
+            f"{one['unit']}: p {one['p_value']:.3f}"
         )
     for number, step in enumerate(made["steps"], start=1):
         where = step["where"]
