@@ -56,6 +56,12 @@ def test_a_push_for_a_while_shows_over_time_where_it_is():
     assert 0.9 < first.where[0] < first.where[1] < 1.5
 
 
+def test_a_push_of_forty_sds_is_no_more_than_certain():
+    push = np.where((TIME > 1.0) & (TIME < 1.4), 40.0, 0.0)
+    first = looked_at(1, {2: push})[0]
+    assert first.p_value == pytest.approx(1.0 / (1 + DRAWS))
+
+
 def test_a_line_shows_at_its_frequency():
     first = looked_at(2, {1: 0.6 * np.sin(2.0 * np.pi * 12.0 * TIME)})[0]
     assert (first.quantity, first.over) == ("pressure", "frequency")

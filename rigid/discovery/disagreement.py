@@ -31,6 +31,7 @@ ALL = "all records"
 """In place of a record, where all channels of a quantity are looked at together."""
 TIME, FREQUENCY, LAG, SPEED = "time", "frequency", "lag", "speed"
 LARGE = 20.0
+"""Minus the log of a p-value so small that the least of many is as many times it."""
 
 
 class Disagreement(NamedTuple):
@@ -195,7 +196,8 @@ def _least(logs: np.ndarray) -> tuple[np.ndarray, int]:
     """Log p-value (columns,) of the least of m (m, columns), and which it is in the first."""
     least = logs.min(axis=0)
     many = np.log(len(logs)) + least
-    exact = np.log(-np.expm1(len(logs) * np.log1p(-np.exp(np.minimum(least, -1e-12)))))
+    within = np.clip(least, -LARGE, -1e-12)
+    exact = np.log(-np.expm1(len(logs) * np.log1p(-np.exp(within))))
     return np.where(least < -LARGE, many, exact), int(np.argmin(logs[:, 0]))
 
 
