@@ -76,7 +76,7 @@ def compared_figure(shown: ComparedShown, simulated: bool) -> Figure:
     if shown.after is not None:
         tables.append((shown.after, "with what was added"))
     with house_style():
-        figure = new_figure(1.4 + 0.17 * len(shown.names), simulated)
+        figure = new_figure(max(2.4, 1.4 + 0.17 * len(shown.names)), simulated)
         grid = figure.add_gridspec(1, 2)
         for column, (table, word) in enumerate(tables):
             axes = figure.add_subplot(grid[0, column])
@@ -88,7 +88,7 @@ def compared_figure(shown: ComparedShown, simulated: bool) -> Figure:
             panel_title(axes, word)
             if column == len(tables) - 1:
                 bar = figure.colorbar(image, ax=axes, shrink=0.7)
-                bar.set_label("p-value, all that was looked at counted")
+                bar.set_label("p-value")
     return figure
 
 

@@ -112,8 +112,8 @@ def section(content: DiscoveryContent) -> Section:
         svg(compared_figure(content.compared, content.simulated), key),
         "How often chance alone leaves as large a disagreement somewhere, for every channel and "
         "what its residuals were looked at over: its time, lines of frequency, the lag by which "
-        "samples resemble later ones beyond what the noise is taken for, and expected speed, load, "
-        "stroke and pressure. Grey: not recorded beside it.",
+        "samples resemble later ones beyond what the noise is taken for, and what its record is "
+        "expected to read. P-values count all that was looked at. Grey: not recorded beside it.",
         "P-values of disagreements of all channels",
     )
     figures = [
