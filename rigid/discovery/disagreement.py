@@ -95,8 +95,8 @@ def disagreements(local: Local, traces: np.ndarray, seed: int) -> tuple[Disagree
 class Pool:
     """Residuals of all channels of a quantity by the states they go by.
 
-    Means over so many fine classes of a channel that those of all can be put together later: a
-    class of a state holds the same share of samples, and records differ in what they reach.
+    Sums over classes of each channel that are so fine that those of all can be put together later:
+    what a state reaches is known only once all records have been seen.
     """
 
     def __init__(self) -> None:
