@@ -1,12 +1,14 @@
 """From a spec and its records to a problem: which numbers are uncertain, and by how much."""
 
-from collections.abc import Iterator, Mapping
+import dataclasses
+import math
+from collections.abc import Iterable, Iterator, Mapping
 
 from rigid.catalogue import effects_named
 from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.effects.base import MOTION, PriorDescription
 from rigid.errors import InputError
-from rigid.groups import Grouping, flow_label
+from rigid.groups import Grouping, beating, flow_label
 from rigid.likelihood import SensorSheet, make_pieces
 from rigid.parameters import Parameter, Parameters, collect, require_known
 from rigid.priors import AbstractLaw, make_law
@@ -33,6 +35,8 @@ KAPPA_PRIOR = PriorDescription("lognormal", {"median": 0.2, "factor": 3.0})
 """Around the values the paper uses, 0.2 and 0.12 (before eq. 23)."""
 
 TANK_PRIOR = PriorDescription("lognormal", {"median": -0.2, "factor": 3.0})
+
+ANY_ANGLE = PriorDescription("uniform", {"low": -math.pi, "high": math.pi})
 
 MOTION_CONSTANTS = ("M_Pl", "S_Pl", "presliding")
 """Constants of one body: its mass, the area that a pressure acts on, where bristles slide."""
@@ -133,6 +137,8 @@ def list_parameters(
     """List every number of the model with its prior; the spec's word goes before the effect's."""
     physical = list(_physical(spec, effects, tracks))
     local = [p for t in tracks for p in _local(spec, t)]
+    for one in pump_angles(effects, tracks):
+        local.append(dataclasses.replace(one, law=_law(spec, one.label, one.law)))
     noise = list(_noise(spec, tracks, series))
     listed = physical + local + noise
     names = {p.label for p in listed} | {p.base for p in listed}
@@ -203,8 +209,17 @@ def _spread(spec: Spec, one: Parameter, tracks: tuple[Track, ...]) -> Iterator[P
         yield Parameter(label, one.symbol, one.unit, _law(spec, label, one.law), varies=True)
 
 
+def pump_angles(
+    effects: Iterable[type[AbstractEffect]], tracks: Iterable[Track]
+) -> list[Parameter]:
+    """Angles at which records found the pump where effects beat with it: all angles are alike."""
+    labels = dict.fromkeys(beating(effects, tracks).values())
+    law = _described(ANY_ANGLE)
+    return [Parameter(label, r"\varphi_\mathrm{r}", "rad", law) for label in labels]
+
+
 def _local(spec: Spec, track: Track) -> Iterator[Parameter]:
-    """Numbers that belong to one record: flow fractions, preload, instant of release."""
+    """Numbers of one record: flow fractions, preload, instant of release."""
     for level in track.open_levels:
         label = flow_label(track, level)
         prior = _described(KAPPA_PRIOR if level == 1 else TANK_PRIOR)

@@ -103,7 +103,7 @@ def candidates(spec: "Spec", problem: "Problem") -> "tuple[type[AbstractEffect],
     listed = tuple(CATALOGUE.values())
     if named is not None:
         listed = effects_named(named, spec.path.parent, f"{spec.path} [model] candidates")
-    kinds = {track.kind for group in problem.groups for track in group.tracks}
+    kinds = {track.kind for track in problem.tracks}
     taken = {info.name for effect in problem.effects for info in effect.parameters()}
     return tuple(
         effect

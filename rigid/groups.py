@@ -2,7 +2,7 @@
 
 import dataclasses
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import ClassVar
 
 import equinox as eqx
@@ -15,6 +15,9 @@ from rigid.rig import acting, build_rig
 from rigid.solve import inverse, release, slow, staggered
 from rigid.solve.delay import delayed
 from rigid.tracks import Track
+
+PUMP_ANGLE = "pump_angle"
+"""Angle [rad] at which the pump stood when a record began; a number of each record's own."""
 
 
 class AbstractGroup(eqx.Module):
@@ -49,13 +52,23 @@ class SlowGroup(AbstractGroup):
         framed = self.tracks[0].kind == "frame"
         contact = seen["k_frame"] * (1.0 if framed else 0.0)
         fractions = self._fractions(values, contact)
-        march = slow.march if rig.steady else staggered.march
-        out = march(rig, contact, fractions, drives)
+        if rig.steady:
+            out = slow.march(rig, contact, fractions, drives)
+        else:
+            out = staggered.march(rig, contact, fractions, drives, self._angles(values, contact))
         return delayed(
             {quantity: series[: self.samples] for quantity, series in out.items()},
             rig.delays(),
             self.tracks[0].interval,
         )
+
+    def _angles(self, values: Mapping[str, Array], like: Array) -> Array:
+        """Angles of the pump (tracks, walkers) [rad], 0 where nothing beats."""
+        angles = []
+        for t in self.tracks:
+            shared, own = (f"{PUMP_ANGLE}[{place}]" for place in (t.name, t.label))
+            angles.append(values.get(shared, values.get(own, 0.0)) + 0.0 * like)
+        return jnp.stack(angles)
 
     def _fractions(self, values: Mapping[str, Array], like: Array) -> Array:
         """Flow fractions (levels, tracks, walkers)."""
@@ -108,6 +121,21 @@ class MotionGroup(AbstractGroup):
         seen = scoped(values, self.tracks[0].scope)
         along = inverse.together([t.along for t in self.tracks if t.along is not None])
         return {"force": inverse.force(inverse.build_body(self.effects, seen), along)}
+
+
+def beating(effects: Iterable[type[AbstractEffect]], tracks: Iterable[Track]) -> dict[str, str]:
+    """Label of the pump's angle when a track began, by label of the track.
+
+    Of those tracks that beat: one of the effects does, and the valve is open. One pump serves both
+    cylinders, so that tracks of one record that begin at one instant share its angle.
+    """
+    kinds = [e for e in effects if e.beat is not None]
+    listed = [t for t in tracks if 1 in t.open_levels and any(e.acts_in(t.kind) for e in kinds)]
+    begun: dict[str, set[float]] = {}
+    for t in listed:
+        begun.setdefault(t.name, set()).add(round(float(t.first), 6))
+    places = {t.label: t.name if len(begun[t.name]) == 1 else t.label for t in listed}
+    return {label: f"{PUMP_ANGLE}[{place}]" for label, place in places.items()}
 
 
 def flow_label(track: Track, level: int) -> str:

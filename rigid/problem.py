@@ -15,6 +15,7 @@ from rigid.effects import AbstractEffect
 from rigid.groups import AbstractGroup
 from rigid.likelihood import Fitted, Piece, fitted
 from rigid.parameters import Parameters
+from rigid.tracks import Track
 
 LOG_2PI = 1.8378770664093453
 
@@ -74,9 +75,14 @@ class Problem(eqx.Module):
         return self.evaluate(z).log_posterior
 
     @property
+    def tracks(self) -> tuple[Track, ...]:
+        """All tracks, group by group."""
+        return tuple(t for group in self.groups for t in group.tracks)
+
+    @property
     def of_the_rig(self) -> bool:
         """Whether a record is of the rig; motions alone may be those of any machine."""
-        return any(t.kind != "motion" for g in self.groups for t in g.tracks)
+        return any(t.kind != "motion" for t in self.tracks)
 
     @property
     def sensors(self) -> tuple[str, ...]:

@@ -21,12 +21,14 @@ class Surroundings(NamedTuple):
     - `force` [N]: on the plate, positive toward the ice (a compressive load is negative).
     - `flow_fraction` [-]: kappa, what the valve passes of the pump's flow; negative to the tank.
     - `time` [s]: since the record began, or since the release.
+    - `pump_angle` [rad]: by which the pump's beat was ahead then.
     """
 
     contact_stiffness: Array | float = 0.0
     force: Array | float = 0.0
     flow_fraction: Array | float = 0.0
     time: Array | float = 0.0
+    pump_angle: Array | float = 0.0
 
 
 FREE = Surroundings()
@@ -101,7 +103,7 @@ class Rig(eqx.Module):
         return State(
             x_hc, v_hc, x_pl, v_pl, pressure, column, x_root, v_root, self.area,
             outside.contact_stiffness, outside.flow_fraction, outside.time,
-            self.presliding,
+            self.presliding, outside.pump_angle,
         )  # fmt: skip
 
     def actions(self, flat: Array | tuple, state: State) -> list[Action]:

@@ -79,11 +79,11 @@ SIGNATURES = {
         {"load": -1, "stroke": -1, "pressure": -1},
     ),
     "pump-ripple": (
-        {"ripple": 0.6, "f_ripple": 3.0, "phase_ripple": 0.0}, "frame", OPEN,
+        {"ripple": 0.6, "f_ripple": 3.0}, "frame", OPEN,
         {"load": 1, "stroke": 1, "pressure": 1},
     ),
     "valve-event": (
-        {"event_factor": 1.4, "event_start": 0.2, "event_duration": 0.15}, "frame", LAST,
+        {"event_size": 0.3365, "event_start": 0.2, "event_duration": 0.15}, "frame", LAST,
         {"load": 1, "stroke": 1, "pressure": 1},
     ),
     "load-cell-stiffening": (

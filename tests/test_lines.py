@@ -1,5 +1,7 @@
 """A ripple of the pump: a line in each record, with a phase of its own."""
 
+import dataclasses
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -11,11 +13,10 @@ from rigid.discovery.fitting.families import families
 from rigid.discovery.fitting.hypothesis import Hypothesis, start
 from rigid.discovery.fitting.local import Local, expand, refined
 from rigid.discovery.fitting.samples import lay_out
-from rigid.discovery.lines import lines
-from rigid.discovery.weighing.explain import Z_GRID, best_of_many, curves_of_all
+from rigid.discovery.lines import FINER, LOG_MASS, QUANTILES, lines, log_bayes_of_line
 from rigid.discovery.workflow import weigh
 from rigid.effects import CATALOGUE
-from rigid.groups import SlowGroup
+from rigid.groups import SlowGroup, beating
 from rigid.likelihood import make_pieces
 from rigid.priors import Lognormal
 from rigid.problem import Problem
@@ -25,6 +26,7 @@ from rigid.tracks import Series
 RIPPLE = CATALOGUE["pump-ripple"]
 CHOICE = (CATALOGUE["piston-leakage"], RIPPLE)
 FREQUENCY, PHASES, OPEN = 9.37, (2.0, -1.1), 4.0
+RECORDS = ("free-run-1", "free-run-2")
 
 
 def campaign(seed: int, amplitude: float) -> Problem:
@@ -43,7 +45,7 @@ def campaign(seed: int, amplitude: float) -> Problem:
     truth |= {"ripple": jnp.asarray([amplitude]), "f_ripple": jnp.asarray([FREQUENCY])}
     rng, series = np.random.default_rng(seed), {}
     for one, phase in zip(tracks, PHASES, strict=True):
-        here = truth | {"phase_ripple": jnp.asarray([phase])}
+        here = truth | {f"pump_angle[{one.name}]": jnp.asarray([phase])}
         ideal = SlowGroup((one,), (*effects(BASE), RIPPLE)).predict(here)
         data = {q: converted(ideal[q][:, 0, 0], SHEETS[q], rng) for q in ideal}
         series[one.label] = Series(data, {q: np.ones(one.samples) for q in data})
@@ -59,20 +61,28 @@ def fitted(problem: Problem) -> tuple[Local, tuple]:
     return refined(begun, most=40), programs
 
 
+def turned(angle: float) -> float:
+    """An angle between -pi and pi."""
+    return (angle + np.pi) % (2.0 * np.pi) - np.pi
+
+
 @pytest.mark.slow
 def test_each_record_has_its_own_phase_and_the_ripple_is_found():
     local, programs = fitted(campaign(1, 0.05))
-    found, traces = lines(local, programs, RIPPLE)
-    strength = np.abs(traces.T @ local.terms.score)
-    strength /= np.sqrt(np.einsum("nk,n,nk->k", traces, local.terms.bend, traces))
-    for line, phase, size in zip(found, PHASES, strength, strict=True):
-        # Cramer and Rao: sds of frequency and phase of a line of strength s over a time T are
-        # sqrt(12)/(2 pi T s) and, at the middle, 1/s; the phase is told at the start of the record.
-        off = 4.0 / size
-        assert abs(line.frequency - FREQUENCY) < 0.55 * off / OPEN + 0.5 / (8 * OPEN)
+    found = lines(local, programs, RIPPLE)
+    assert found is not None
+    line, trace = found
+    size = np.sqrt(trace @ (trace * local.terms.bend))
+    strength = trace @ local.terms.score / size
+    # Cramer and Rao: sds of frequency and phase of a line of strength s over a time T are
+    # sqrt(12)/(2 pi T s) and, at the middle, 1/s; the phase is told at the start of the record, and
+    # each record has half of the strength in squares.
+    off = 4.0 / strength
+    assert abs(line.frequency - FREQUENCY) < 0.55 * off / OPEN + 1.0 / (FINER * OPEN)
+    for (label, angle), name, phase in zip(line.angles, RECORDS, PHASES, strict=True):
+        assert label == f"pump_angle[{name}]"
         middle = 2.0 * np.pi * (line.frequency - FREQUENCY) * (0.5 + 0.5 * OPEN)
-        turned = (line.phase + middle - phase + np.pi) % (2.0 * np.pi) - np.pi
-        assert abs(turned) < off + 0.1
+        assert abs(turned(angle + middle - phase)) < np.sqrt(2.0) * off + 0.1
     bench = laid_out(local, programs, CHOICE, Shelf())
     explained = weigh(local, bench, 1)
     assert explained.effects["pump-ripple"] > max(explained.effects["piston-leakage"], 10.0)
@@ -87,15 +97,54 @@ def test_no_ripple_is_found_where_there_is_none():
     assert explained.p_value > 0.01
 
 
-def test_the_best_of_many_counts_no_more_than_all_of_them():
-    """Where nothing is a Bayes factor is 1 in the mean; that of the best for its share, less."""
-    local, programs = fitted(campaign(3, 0.0))
-    found, _ = lines(local, programs, RIPPLE)
-    one = found[0].candidate(RIPPLE, {})
-    curve = curves_of_all((one,), np.array([100.0]), Z_GRID)[0]
-    drawn = np.zeros((4000, 1))
-    best_of_many(drawn, np.array([1.0]), [one.tried], 5)
-    # Largest of n exponentials: log n + 0.577 in the mean, sd pi/sqrt(6).
-    assert (0.5 * drawn**2).mean() == pytest.approx(np.log(one.tried) + 0.577, abs=0.08)
-    log = np.interp(drawn[:, 0], Z_GRID, curve)
-    assert logsumexp(log) - np.log(len(log)) < np.log(1.5)
+def test_two_cylinders_of_one_record_share_the_pumps_angle():
+    one, other = track("free-run-1,A", "free-run", 60), track("free-run-1,B", "free-run", 60)
+    late = dataclasses.replace(other, first=0.25)
+    label = "pump_angle[free-run-1]"
+    with_pump = [
+        dataclasses.replace(t, drive=drive(60, (0.1, 0.5), (0, 1, 0))) for t in (one, other, late)
+    ]
+    shared = beating([RIPPLE], with_pump[:2])
+    assert shared == {"free-run-1,A": label, "free-run-1,B": label}
+    apart = beating([RIPPLE], [with_pump[0], with_pump[2]])
+    assert set(apart.values()) == {"pump_angle[free-run-1,A]", "pump_angle[free-run-1,B]"}
+    assert beating([RIPPLE], [one, other]) == {}, "the valve stays shut"
+    assert beating([CATALOGUE["piston-leakage"]], with_pump) == {}
+
+
+FREQUENCIES, DRAWS = 400, 2000
+
+
+def without_a_line(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Pulls (draws, records, frequencies) of noise, and what is known of each (records, ...)."""
+    known = np.repeat([[30.0**2], [10.0**2], [3.0**2]], FREQUENCIES, axis=1)
+    parts = rng.standard_normal((2, DRAWS, *known.shape))
+    return np.sqrt(known) * (parts[0] + 1j * parts[1]), known
+
+
+def test_evidence_for_a_line_is_one_in_the_mean_where_there_is_none():
+    """A Bayes factor against what is true has the mean 1, for whatever is weighed by it."""
+    pulls, known = without_a_line(np.random.default_rng(4))
+    sizes = np.asarray(Lognormal(0.02, 3.0).from_standard(QUANTILES))
+    prior = np.full(FREQUENCIES, -np.log(FREQUENCIES))
+    factors = np.exp([logsumexp(log_bayes_of_line(one, known, sizes, prior)) for one in pulls])
+    # Heavy-tailed: where it is 1 at all, half of the mean comes from few draws.
+    assert factors.mean() == pytest.approx(1.0, abs=4.0 * factors.std() / np.sqrt(DRAWS))
+    blind = np.exp([log_bayes_of_line(one, 0.5 * known, sizes, prior).max() for one in pulls])
+    assert blind.mean() > 2.0, "what counts a record for less than its noise would be seen"
+
+
+def test_evidence_for_a_line_is_that_of_all_phases_and_amplitudes():
+    """Against sums over phases and amplitudes by hand."""
+    pulls = np.array([[40.0 * np.exp(0.3j)], [9.0 * np.exp(-2.0j)]])
+    known, sizes = np.array([[400.0], [90.0]]), np.linspace(0.0, 0.3, len(QUANTILES))
+    angles = np.linspace(-np.pi, np.pi, 4001)[:-1]
+    total = 0.0
+    for size, mass in zip(sizes, np.exp(LOG_MASS), strict=True):
+        each = [
+            np.exp(size * np.imag(np.exp(1j * angles) * g) - 0.5 * size**2 * j).mean()
+            for g, j in zip(pulls[:, 0], known[:, 0], strict=True)
+        ]
+        total += mass * np.prod(each)
+    found = log_bayes_of_line(pulls, known, sizes, np.zeros(1))
+    assert found[0] == pytest.approx(np.log(total), abs=1e-9)

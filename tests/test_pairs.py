@@ -97,7 +97,7 @@ def test_odds_of_what_explains_alike_are_their_priors():
     left = explained(np.zeros(3), np.eye(3))
     left = dataclasses.replace(left, candidate=np.zeros(3), bundle=np.zeros(1))
     assert odds(left).probability == pytest.approx(
-        {NOTHING: 0.5, UNNAMED: 0.1} | {name: 0.4 / 3 for name, _ in LAWS}, rel=1e-6
+        {NOTHING: 0.4, UNNAMED: 0.15} | {name: 0.45 / 3 for name, _ in LAWS}, rel=1e-6
     )
 
 
@@ -133,6 +133,16 @@ def test_a_pair_counts_for_what_is_surely_missing_first():
     """The first two have one trace and share what speaks for it; the third is weaker but apart."""
     known = information(0.999)
     left = explained(known @ np.array([6.0, 0.0, 1.0]), known)
-    first, twin, apart = (odds(left, both=pairs(left)).probability[name] for name, _ in LAWS)
-    assert first + twin > 0.95
+    said = odds(left, both=pairs(left)).probability
+    first, twin, apart = (said[name] for name, _ in LAWS)
+    assert first + twin > 0.95 * (1.0 - said[UNNAMED])
     assert apart < 0.05
+
+
+def test_what_looks_like_an_effect_may_be_something_that_has_no_entry():
+    """To ten that are the effect one mimics it: 0.3 of 0.15 that have no entry, to 0.45 that do."""
+    known = information(0.3)
+    left = explained(known @ np.array([20.0, 0.0, 0.0]), known)
+    said = odds(dataclasses.replace(left, bundle=np.full(1, -50.0))).probability
+    assert said[LAWS[0][0]] == pytest.approx(1.0 / 1.1, abs=1e-3)
+    assert said[UNNAMED] == pytest.approx(0.1 / 1.1, abs=1e-3)

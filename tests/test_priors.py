@@ -11,6 +11,15 @@ from rigid.parameters import Parameter, collect, require_known, scoped
 from rigid.priors import LAWS, Fixed, Lognormal, Normal, make_law
 
 Z = np.linspace(-5.0, 5.0, 101)
+
+
+class Cubed:
+    """A standard normal number cubed, with a slope at 0."""
+
+    def ppf(self, share: np.ndarray) -> np.ndarray:
+        return 20.0 * (stats.norm.ppf(share) ** 3 + 0.05 * stats.norm.ppf(share)) / 1.05
+
+
 CASES = {
     "lognormal": ({"median": 6e7, "factor": 2.0}, stats.lognorm(np.log(2.0), scale=6e7)),
     "normal": ({"mean": 3.0, "sd": 0.5}, stats.norm(3.0, 0.5)),
@@ -19,6 +28,7 @@ CASES = {
         stats.truncnorm((0.2 - 1) / 0.5, (1.1 - 1) / 0.5, 1.0, 0.5),
     ),
     "uniform": ({"low": -1.0, "high": 4.0}, stats.uniform(-1.0, 5.0)),
+    "either_sign": ({"usual": 20.0}, Cubed()),
     "loguniform": ({"low": 1e3, "high": 1e6}, stats.loguniform(1e3, 1e6)),
 }
 
@@ -32,7 +42,7 @@ def test_law_maps_quantiles_to_quantiles(name: str):
     arguments, expected = CASES[name]
     law = make_law(name, arguments, "here")
     got = np.asarray(law.from_standard(jnp.asarray(Z)))
-    np.testing.assert_allclose(got, expected.ppf(stats.norm.cdf(Z)), rtol=1e-8)
+    np.testing.assert_allclose(got, expected.ppf(stats.norm.cdf(Z)), rtol=1e-8, atol=1e-12)
     assert np.all(np.diff(got) > 0)
     assert not law.known
     slopes = jax.vmap(jax.grad(law.from_standard))(jnp.asarray(Z))
@@ -68,6 +78,7 @@ def test_known_laws():
         ("lognormal", {"median": 0.0, "factor": 2.0}, "median other than 0"),
         ("uniform", {"low": 1.0, "high": 1.0}, "low < high"),
         ("loguniform", {"low": 0.0, "high": 1.0}, "0 < low < high"),
+        ("either_sign", {"usual": 0.0}, "size above 0"),
         ("truncated_normal", {"mean": 0.0, "sd": 0.0, "low": 0.0, "high": 1.0}, "sd above 0"),
     ],
 )

@@ -18,8 +18,8 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.special import logsumexp
 
+from rigid.discovery.fitting.candidates import standard_of
 from rigid.discovery.fitting.local import Local
-from rigid.discovery.refit import standard_of
 from rigid.priors import AbstractLaw
 
 WIDE = 0.25

@@ -9,13 +9,12 @@ from scipy.linalg import cho_factor, cho_solve
 
 from rigid.choosing.laws import Law, amplitude_labels
 from rigid.choosing.together import Place
-from rigid.discovery.fitting.candidates import even_settings
+from rigid.discovery.fitting.candidates import even_settings, standard_of
 from rigid.discovery.fitting.families import Family, read
-from rigid.discovery.fitting.hypothesis import Hypothesis, parameters_of, widened
+from rigid.discovery.fitting.hypothesis import Hypothesis, widened
 from rigid.discovery.fitting.local import Local
 from rigid.discovery.fitting.samples import Layout, flat_readings
 from rigid.discovery.fitting.traces import reads
-from rigid.discovery.refit import standard_of
 from rigid.discovery.weighing.evidence import amplitudes, most_probable
 from rigid.newton import is_noise
 from rigid.parameters import Parameter
@@ -135,7 +134,7 @@ def dry_starts(
 def _own(hypothesis: Hypothesis) -> list[Parameter]:
     """Uncertain numbers of what was added."""
     (effect,) = hypothesis.added
-    return [p for p in parameters_of(effect, hypothesis.given) if p.label not in hypothesis.held]
+    return [p for p in hypothesis.brought_by(effect) if p.label not in hypothesis.held]
 
 
 def _settings(hypothesis: Hypothesis, law: Law) -> list[dict[str, float]]:

@@ -5,16 +5,17 @@ import json
 
 import numpy as np
 
-from rigid.discovery.fitting.candidates import EVENT, Candidate, candidates, events
-from rigid.discovery.fitting.families import Effects, Family
+from rigid.discovery.fitting.candidates import EVENT, Candidate, candidates, events, onsets
+from rigid.discovery.fitting.families import Effects, Family, holding, read
 from rigid.discovery.fitting.local import Local
-from rigid.discovery.fitting.traces import traces
+from rigid.discovery.fitting.traces import lanes_of, traces
 from rigid.discovery.lines import Line, lines
 from rigid.discovery.unseen.bumps import Bumps, Target, bumps, together
 from rigid.discovery.unseen.crosstalk import crosstalk
 from rigid.discovery.unseen.shifts import shifts
 from rigid.discovery.unseen.straight import straight
 from rigid.discovery.unseen.waves import waves
+from rigid.effects import AbstractEffect
 from rigid.shelf import Arrays, Shelf
 
 SHAPES = 4
@@ -33,24 +34,33 @@ class Bench:
     traces: np.ndarray
 
 
+def _top(base: Local, programs: tuple[Family, ...], effect: type[AbstractEffect]) -> float:
+    """Greatest pressure [Pa] that a fit expects in any record, told by a gauge or not."""
+    family = holding(programs, [effect])
+    groups = read(family, lanes_of(base, {}, 1))
+    return max(float(g["pressure"].max()) for g in groups if "pressure" in g)
+
+
 def laid_out(base: Local, programs: tuple[Family, ...], effects: Effects, shelf: Shelf) -> Bench:
     """Work out the traces of all candidates and hidden things around a fit, once a run."""
-    tracks = [t for group in base.layout.problem.groups for t in group.tracks]
-    placed = [e for e in effects if e.name == EVENT or e.beat is not None]
     given = dict(base.hypothesis.given)
-    spread = candidates([e for e in effects if e not in placed], SHAPES, given)
-    spread += tuple(o for e in placed if e.name == EVENT for o in events(e, tracks, given))
-    beating = [e for e in placed if e.beat is not None]
+    beating = [e for e in effects if e.beat is not None]
+    timed = [e for e in effects if e.name == EVENT]
+    late = [e for e in effects if e.threshold is not None]
+    rest = [e for e in effects if e not in (*beating, *timed, *late)]
+    spread = candidates(rest, SHAPES, given)
+    spread += tuple(one for e in timed for one in events(e, base.layout.problem.tracks, given))
+    spread += tuple(one for e in late for one in onsets(e, _top(base, programs, e), given))
 
     def make() -> Arrays:
         curves = bumps(base, programs[0])
         hidden = together([curves, waves(base), shifts(base), straight(curves), crosstalk(base)])
-        beats = [lines(base, programs, e) for e in beating]
+        heard = [(e.name, lines(base, programs, e)) for e in beating]
+        beats = [(name, found) for name, found in heard if found is not None]
+        columns = [column[:, None] for _, (_, column) in beats]
         return {
-            "traces": np.concatenate(
-                [traces(base, programs, spread), *(c for _, c in beats)], axis=1
-            ),
-            "lines": np.array(json.dumps([found for found, _ in beats])),
+            "traces": np.concatenate([traces(base, programs, spread), *columns], axis=1),
+            "lines": np.array(json.dumps({name: line for name, (line, _) in beats})),
             "columns": hidden.columns,
             "centre": hidden.centre,
             "target": np.array(json.dumps(hidden.target)),
@@ -58,15 +68,11 @@ def laid_out(base: Local, programs: tuple[Family, ...], effects: Effects, shelf:
 
     found = shelf.once(KEPT, make)
     beats = json.loads(str(found["lines"]))
-    beating_alone = tuple(
-        Line(*one).candidate(effect, given)
-        for effect, each in zip(beating, beats, strict=True)
-        for one in each
-    )
+    beats = tuple(Line(*beats[e.name]).candidate(e, given) for e in beating if e.name in beats)
     target = tuple(Target(*one) for one in json.loads(str(found["target"])))
     return Bench(
         programs,
-        spread + beating_alone,
+        spread + beats,
         Bumps(found["columns"], target, found["centre"]),
         found["traces"],
     )

@@ -4,12 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rigid.discovery.fitting.candidates import Candidate
+from rigid.discovery.fitting.candidates import Candidate, standard_of
 from rigid.discovery.fitting.families import Family
 from rigid.discovery.fitting.local import Local, expand
 from rigid.discovery.fitting.screening import Around, screen
 from rigid.discovery.fitting.traces import traces
-from rigid.discovery.refit import standard_of
 
 FACTORS = {"kappa": (0.3, 3.0), "preload": (0.5, 2.0)}
 """By how much a record's own settings are varied."""

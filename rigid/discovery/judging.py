@@ -6,6 +6,7 @@ flow, its preload) are integrated over when it is judged, not plugged in.
 """
 
 import itertools
+from collections.abc import Container, Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -76,8 +77,8 @@ def _predicted(local: Local, rows: np.ndarray, rest: tuple[np.ndarray, np.ndarra
     """Change of w when some rows are left out, their record's own numbers fitted to them."""
     labels = local.hypothesis.labels
     layout = local.layout
-    tracks = {layout.tracks[i] for i in np.unique(layout.track[rows])}
-    own = np.array([label.endswith("]") and label.split("[")[1][:-1] in tracks for label in labels])
+    places = _places(layout.tracks, {layout.tracks[i] for i in np.unique(layout.track[rows])})
+    own = np.array([label.endswith("]") and label.split("[")[1][:-1] in places for label in labels])
     own = np.concatenate([own, np.zeros(len(local.w) - len(labels), dtype=bool)])
     moved = np.linalg.solve(*rest)
     if own.any():
@@ -86,6 +87,12 @@ def _predicted(local: Local, rows: np.ndarray, rest: tuple[np.ndarray, np.ndarra
         shared = pull[free] - precision[np.ix_(free, held)] @ moved[held]
         moved[free] = np.linalg.solve(precision[np.ix_(free, free)], shared)
     return moved
+
+
+def _places(tracks: Iterable[str], out: Container[str]) -> set[str]:
+    """Labels of the tracks that are left `out`, and names of records that are left out whole."""
+    kept = {t.split(",")[0] for t in tracks if t not in out}
+    return {place for t in tracks if t in out for place in (t, t.split(",")[0])} - kept
 
 
 def _ahead(local: Local, residual: np.ndarray, rows: np.ndarray) -> np.ndarray:

@@ -5,13 +5,12 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from rigid.discovery.fitting.candidates import Candidate
+from rigid.discovery.fitting.candidates import Candidate, standard_of
 from rigid.discovery.fitting.families import Family, families, holding
-from rigid.discovery.fitting.hypothesis import parameters_of, widened
+from rigid.discovery.fitting.hypothesis import Hypothesis, widened
 from rigid.discovery.fitting.local import Local, expand, refined
 from rigid.discovery.weighing.evidence import amplitudes, most_probable
 from rigid.discovery.weighing.explain import Explained
-from rigid.priors import AbstractLaw
 
 MOST = 3
 """Effects that are fitted in full, at most."""
@@ -19,7 +18,6 @@ WITHIN = 8.0
 """Effects whose log Bayes factor lies further below the best are not: odds of 1 in 3,000."""
 BEFORE_STEPS = 3
 """Steps that the model without the effect gets in the program of the effect."""
-GRID = np.linspace(-8.0, 8.0, 6401)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -34,15 +32,6 @@ class Refit:
     before: Local
     after: Local
     log_bayes: float
-
-
-def standard_of(law: AbstractLaw, value: float) -> float:
-    """Quantile of a value under a law, on the standard normal scale."""
-    values = np.asarray(law.from_standard(GRID))
-    rising = values[-1] >= values[0]  # a lognormal law of negative values falls
-    return float(
-        np.interp(value, values if rising else values[::-1], GRID if rising else GRID[::-1])
-    )
 
 
 def worth_refitting(evidence: Mapping[str, float]) -> list[str]:
@@ -74,8 +63,8 @@ def refit(
     if chord:
         before = expand(base.hypothesis, where, base.w, base.z_noise, base.design)
         before = refined(before, chord, BEFORE_STEPS)
-    extended = base.hypothesis.plus(candidate.effect, candidate.only)
-    more = _beginning(found, number, base.hypothesis.given)
+    extended = base.hypothesis.plus(candidate.effect, candidate.only, candidate.laws)
+    more = _beginning(found, number, extended)
     sensors = len(base.layout.problem.sensors)
     start = expand(
         extended,
@@ -99,7 +88,7 @@ def _program(base: Local, programs: tuple[Family, ...], candidate: Candidate) ->
         return families(base.layout.problem, wanted, together=True)[0]
 
 
-def _beginning(found: Explained, number: int, given: Mapping[str, AbstractLaw]) -> list[float]:
+def _beginning(found: Explained, number: int, extended: Hypothesis) -> list[float]:
     """Standard normal quantiles of an added effect's parameters at its best candidate."""
     one = found.listed[number]
     slope = float(found.screening.slope[number])
@@ -108,7 +97,7 @@ def _beginning(found: Explained, number: int, given: Mapping[str, AbstractLaw]) 
     amplitude = one.departure(quantile)
     values = dict(one.shape) | {one.amplitude: amplitude}
     out = []
-    for parameter in parameters_of(one.effect, given):
+    for parameter in extended.brought_by(one.effect):
         value = values[parameter.label]
         # A second amplitude that the candidate leaves absent begins small, not at minus infinity.
         out.append(float(np.clip(standard_of(parameter.law, value), -3.0, 3.0)))

@@ -50,6 +50,14 @@ def any_size(usual: float) -> PriorDescription:
     return lognormal(usual / 10.0, 10.0)
 
 
+def either_sign(usual: float) -> PriorDescription:
+    """Describe the prior of something whose sign and order of magnitude are not known.
+
+    - `usual`: what rigs of its kind have where it matters to them, one sd either way.
+    """
+    return PriorDescription("either_sign", {"usual": usual})
+
+
 def normal(mean: float, sd: float) -> PriorDescription:
     """Describe a Gaussian prior."""
     return PriorDescription("normal", {"mean": mean, "sd": sd})
@@ -128,6 +136,7 @@ class State(NamedTuple):
     - `flow_fraction` [-]: what the valve passes. - `time` [s]: since the record began, or since
       the release.
     - `presliding` [m]: bending at which a stiff bristle slides.
+    - `pump_angle` [rad]: by which the pump's beat was ahead when the record began.
     """
 
     x_cylinder: Array
@@ -143,6 +152,7 @@ class State(NamedTuple):
     flow_fraction: Array | float = 0.0
     time: Array | float = 0.0
     presliding: Array | float = PRESLIDING
+    pump_angle: Array | float = 0.0
 
     @property
     def stroke(self) -> Array:
@@ -213,8 +223,9 @@ class AbstractEffect(eqx.Module):
       body alone (`MOTION`) if it pushes the plunger.
     - `bristle`: whether its one state relaxes at a rate that goes with the speed, and linearly in
       the state.
-    - `beat`: of an effect that beats, the labels of its frequency [Hz] and of its phase, which is
-      each record's own matter.
+    - `beat`: of an effect that beats with the pump, the label of its frequency [Hz]. The angle at
+      which the pump stood is a number of each record's own.
+    - `threshold`: of an effect that sets in at a pressure, the label of it [Pa].
     """
 
     name: eqx.AbstractClassVar[str]
@@ -224,7 +235,8 @@ class AbstractEffect(eqx.Module):
     steady: ClassVar[bool] = False
     kinds: ClassVar[tuple[str, ...] | None] = None
     bristle: ClassVar[bool] = False
-    beat: ClassVar[tuple[str, str] | None] = None
+    beat: ClassVar[str | None] = None
+    threshold: ClassVar[str | None] = None
 
     @abstractmethod
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:

@@ -5,7 +5,7 @@ from typing import ClassVar
 
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, normal, parameter
+from rigid.effects.base import AbstractEffect, Action, State, either_sign, parameter
 
 
 class ClockOffset(AbstractEffect):
@@ -17,7 +17,7 @@ class ClockOffset(AbstractEffect):
     the stroke sensor where the pressure hardly moves, entrained air (the load is late too).
     """
 
-    delay: Array = parameter("pressure_delay", r"d_p", "s", normal(0.0, 0.02), absent=0.0)
+    delay: Array = parameter("pressure_delay", r"d_p", "s", either_sign(0.02), absent=0.0)
 
     name: ClassVar[str] = "clock-offset"
     equation: ClassVar[str] = "sensor"

@@ -5,7 +5,7 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import MOTION, AbstractEffect, Action, State, normal, parameter
+from rigid.effects.base import MOTION, AbstractEffect, Action, State, either_sign, parameter
 
 
 class ConstantForce(AbstractEffect):
@@ -21,7 +21,7 @@ class ConstantForce(AbstractEffect):
     A release swings about another place of rest, with the same acceleration.
     """
 
-    force: Array = parameter("F_constant", r"F_\mathrm{c}", "N", normal(0.0, 500.0), absent=0.0)
+    force: Array = parameter("F_constant", r"F_\mathrm{c}", "N", either_sign(500.0), absent=0.0)
 
     name: ClassVar[str] = "constant-force"
     equation: ClassVar[str] = "plunger-momentum"

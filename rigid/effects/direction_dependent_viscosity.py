@@ -5,7 +5,7 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, normal, parameter
+from rigid.effects.base import AbstractEffect, Action, State, either_sign, parameter
 
 SWITCH_SPEED = 1e-4
 """Speed [m/s] about which the coefficient changes over: a tenth of the slowest driven sliding."""
@@ -23,7 +23,7 @@ class DirectionDependentViscosity(AbstractEffect):
     """
 
     coefficient: Array = parameter(
-        "mu_back", r"\mu_\mathrm{b}", "N s/m", normal(0.0, 5e4), absent=0.0
+        "mu_back", r"\mu_\mathrm{b}", "N s/m", either_sign(5e4), absent=0.0
     )
 
     name: ClassVar[str] = "direction-dependent-viscosity"

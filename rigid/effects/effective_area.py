@@ -4,7 +4,7 @@ from typing import ClassVar
 
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, normal, parameter
+from rigid.effects.base import AbstractEffect, Action, State, either_sign, parameter
 
 
 class EffectiveArea(AbstractEffect):
@@ -22,7 +22,7 @@ class EffectiveArea(AbstractEffect):
     not grow with pressure).
     """
 
-    excess: Array = parameter("area_excess", r"\delta_S", "1", normal(0.0, 0.02), absent=0.0)
+    excess: Array = parameter("area_excess", r"\delta_S", "1", either_sign(0.02), absent=0.0)
 
     name: ClassVar[str] = "effective-area"
     equation: ClassVar[str] = "oil-balance"

@@ -5,7 +5,15 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, Distortion, Seen, State, normal, parameter
+from rigid.effects.base import (
+    AbstractEffect,
+    Action,
+    Distortion,
+    Seen,
+    State,
+    either_sign,
+    parameter,
+)
 
 
 class LoadCellDrift(AbstractEffect):
@@ -19,7 +27,7 @@ class LoadCellDrift(AbstractEffect):
     pressure rises, and with the stroke), the load cell's gain where load grows all the time.
     """
 
-    rate: Array = parameter("load_drift", r"D", "N/s", normal(0.0, 15.0), absent=0.0)
+    rate: Array = parameter("load_drift", r"D", "N/s", either_sign(15.0), absent=0.0)
 
     name: ClassVar[str] = "load-cell-drift"
     equation: ClassVar[str] = "sensor"

@@ -1,6 +1,5 @@
 """The beat of the pump."""
 
-import math
 from typing import ClassVar
 
 import jax.numpy as jnp
@@ -13,7 +12,6 @@ from rigid.effects.base import (
     any_size,
     lognormal,
     parameter,
-    uniform,
 )
 from rigid.effects.pump_curve import HALF_DROP, MEAN_FLOW
 
@@ -21,8 +19,9 @@ from rigid.effects.pump_curve import HALF_DROP, MEAN_FLOW
 class PumpRipple(AbstractEffect):
     """q gains a q_fast sin(2 pi f t + phi), t since the record began.
 
-    a is relative to the fast stage's flow, 11.6 l/min, which the pump delivers below p_max. What
-    the phase is in a record is that record's own matter.
+    a is relative to the fast stage's flow, 11.6 l/min, which the pump delivers below p_max. The
+    pump runs at one speed; at which angle phi it stood when a record began is a number of that
+    record's own, `pump_angle[record,cylinder]`.
 
     Signature: with the valve open, a line at f in pressure and load, an amplitude a kappa q_fast /
     (2 pi f) of oil over the rig's compliance in a frame, mu a v/S in a free run; none with the
@@ -33,9 +32,6 @@ class PumpRipple(AbstractEffect):
 
     amplitude: Array = parameter("ripple", r"a_\mathrm{r}", "1", any_size(0.03), absent=0.0)
     frequency: Array = parameter("f_ripple", r"f_\mathrm{r}", "Hz", lognormal(8.0, 2.0))
-    phase: Array = parameter(
-        "phase_ripple", r"\varphi_\mathrm{r}", "rad", uniform(-math.pi, math.pi)
-    )
 
     name: ClassVar[str] = "pump-ripple"
     equation: ClassVar[str] = "pump"
@@ -43,9 +39,9 @@ class PumpRipple(AbstractEffect):
         "first harmonic of a periodic delivery; Merritt 1967, ch. 4, pump ripple"
     )
     kinds: ClassVar[tuple[str, ...] | None] = ("frame", "free-run", "field")
-    beat: ClassVar[tuple[str, str] | None] = ("f_ripple", "phase_ripple")
+    beat: ClassVar[str | None] = "f_ripple"
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the periodic part of the flow."""
-        beat = jnp.sin(2.0 * jnp.pi * self.frequency * state.time + self.phase)
+        beat = jnp.sin(2.0 * jnp.pi * self.frequency * state.time + state.pump_angle)
         return Action(inflow=self.amplitude * (MEAN_FLOW + HALF_DROP) * beat)

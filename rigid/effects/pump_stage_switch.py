@@ -9,9 +9,9 @@ from rigid.effects.base import (
     AbstractEffect,
     Action,
     State,
-    lognormal,
     parameter,
     truncated_normal,
+    uniform,
 )
 from rigid.effects.pump_curve import HALF_DROP, STEEPNESS
 
@@ -33,15 +33,17 @@ class PumpStageSwitch(AbstractEffect):
     drop: Array = parameter(
         "stage_drop", r"d_\mathrm{s}", "1", truncated_normal(1.0, 0.05, 0.0, 1.15), absent=0.0
     )
-    pressure: Array = parameter("p_stage", r"p_\mathrm{s}", "Pa", lognormal(136e5, 1.7))
+    pressure: Array = parameter("p_stage", r"p_\mathrm{s}", "Pa", uniform(100e5, 700e5))
 
     name: ClassVar[str] = "pump-stage-switch"
     equation: ClassVar[str] = "pump"
     source: ClassVar[str] = (
         "paper, Construction of the hydraulic rig: the fast stage serves loads below 60 kN a "
-        "cylinder, 136 bar, where eq. (22) has 700 bar; flows and steepness of eq. (22)"
+        "cylinder, 136 bar, where eq. (22) has 700 bar (the prior: anything between); flows and "
+        "steepness of eq. (22)"
     )
     kinds: ClassVar[tuple[str, ...] | None] = ("frame", "free-run", "field")
+    threshold: ClassVar[str | None] = "p_stage"
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the flow that the slow stage lacks."""

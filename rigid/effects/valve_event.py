@@ -5,7 +5,15 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, lognormal, parameter, uniform
+from rigid.effects.base import (
+    AbstractEffect,
+    Action,
+    State,
+    either_sign,
+    lognormal,
+    parameter,
+    uniform,
+)
 from rigid.effects.pump_curve import HALF_DROP, MEAN_FLOW
 
 EDGE = 0.05
@@ -25,7 +33,7 @@ class ValveEvent(AbstractEffect):
     event is as long as the record, a wrong instant of the valve where it is at a switch.
     """
 
-    factor: Array = parameter("event_factor", r"r_\mathrm{e}", "1", lognormal(1.0, 1.4), absent=1.0)
+    size: Array = parameter("event_size", r"\ln r_\mathrm{e}", "1", either_sign(0.3), absent=0.0)
     start: Array = parameter("event_start", r"t_\mathrm{e}", "s", uniform(0.0, 10.0))
     duration: Array = parameter("event_duration", r"d_\mathrm{e}", "s", lognormal(0.7, 2.0))
 
@@ -41,4 +49,4 @@ class ValveEvent(AbstractEffect):
         """Return the flow that the valve lets through more."""
         since = state.time - self.start
         within = jnp.tanh(since / EDGE) - jnp.tanh((since - self.duration) / EDGE)
-        return Action(inflow=0.5 * (self.factor - 1.0) * (MEAN_FLOW + HALF_DROP) * within)
+        return Action(inflow=0.5 * jnp.expm1(self.size) * (MEAN_FLOW + HALF_DROP) * within)

@@ -83,21 +83,31 @@ def relaxed(rig: Rig, flat: Array, length: Array | float) -> Array:
 
 
 def march(
-    rig: Rig, contact: Array, fractions: Array, drives: tuple[Drive, ...]
+    rig: Rig,
+    contact: Array,
+    fractions: Array,
+    drives: tuple[Drive, ...],
+    angles: Array | None = None,
 ) -> dict[str, Array]:
-    """Simulate a group of slow records from rest; arguments and result as `slow.march`."""
+    """Simulate a group of slow records from rest; arguments and result as `slow.march`.
+
+    - `angles` (tracks, walkers) [rad]: of the pump when a record begins, 0 where left out.
+    """
+    angles = jnp.zeros_like(fractions[0]) if angles is None else angles
     parts = WITH_BRISTLES if stiff_states(rig) else SUBSTEPS
     fine = tuple(
         dataclasses.replace(d, interval=d.interval / parts, samples=(d.samples - 1) * parts + 1)
         for d in drives
     )
     grid = plan(fine)
-    advance = _advancer(rig, contact, fractions, grid, foreseen(rig, contact, fractions, drives))
+    advance = _advancer(
+        rig, contact, (fractions, angles), grid, foreseen(rig, contact, fractions, drives)
+    )
     samples = (grid.samples - 1) // parts
     track = jnp.arange(fractions.shape[1])
 
     def sample(flat: Array, part: tuple[Array, ...]) -> tuple[Array, Array]:
-        here = Surroundings(contact, 0.0, fractions[part[0][0], track], part[3][0])
+        here = Surroundings(contact, 0.0, fractions[part[0][0], track], part[3][0], angles)
         return jax.lax.scan(advance, flat, part)[0], jnp.stack(readings(rig, flat, here)[:3])
 
     begin = np.arange(grid.samples - 1) * grid.interval
@@ -109,7 +119,7 @@ def march(
     start = jnp.broadcast_to(rest_under(rig, 0.0, contact)[:, None], shape)
     last, series = jax.lax.scan(sample, start, cut)
     length = (grid.samples - 1) * grid.interval
-    end = Surroundings(contact, 0.0, fractions[grid.levels[-1], track], length)
+    end = Surroundings(contact, 0.0, fractions[grid.levels[-1], track], length, angles)
     series = jnp.concatenate([series, jnp.stack(readings(rig, last, end)[:3])[None]])
     return {name: series[:, i] for i, name in enumerate(("load", "stroke", "pressure"))}
 
@@ -152,8 +162,11 @@ def _between(pair: tuple[Array, Array], place: Array, vector: Array) -> Array:
     return apply(pair[0], vector) + place * apply(pair[1], vector)
 
 
-def _advancer(rig: Rig, contact: Array, fractions: Array, grid: Plan, strokes: Strokes) -> Callable:
-    """Return the step of `march`."""
+def _advancer(
+    rig: Rig, contact: Array, pump: tuple[Array, Array], grid: Plan, strokes: Strokes
+) -> Callable:
+    """Return the step of `march`; `pump`: fractions and angles."""
+    fractions, angles = pump
     track, h = jnp.arange(fractions.shape[1]), grid.interval
     at_switch = strokes.switch[grid.kink_place[:, 0], grid.kink_place[:, 1]]
     extra = jnp.concatenate([jnp.stack([strokes.low, strokes.high]), at_switch])
@@ -168,7 +181,7 @@ def _advancer(rig: Rig, contact: Array, fractions: Array, grid: Plan, strokes: S
         level, kink, level_after, begin = part
         flat = relaxed(rig, flat, h)
         stroke = flat[2] - flat[0] + 0.5 * h * (flat[3] - flat[1])
-        outside = Surroundings(contact, 0.0, fractions[level, track], begin + 0.5 * h)
+        outside = Surroundings(contact, 0.0, fractions[level, track], begin + 0.5 * h, angles)
         place = jnp.clip((stroke - strokes.low) / (strokes.high - strokes.low), -0.5, 1.5)
 
         def rates(flat: Array, outside: Surroundings = outside) -> Array:

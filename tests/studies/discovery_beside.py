@@ -14,7 +14,6 @@ import numpy as np
 from discovery_cases import Made
 from scipy.stats import chi2, norm
 
-from rigid.discovery.fitting.hypothesis import parameters_of
 from rigid.discovery.fitting.local import Local
 from rigid.discovery.workflow import Outcome
 
@@ -25,7 +24,7 @@ SAME = {
     "clock-offset": "pressure_delay",
     "constant-force": "F_constant",
     "effective-area": "area_excess",
-    "valve-event": "event_factor",
+    "valve-event": "event_size",
 }
 """Effects whose number is the same in the generator and in the catalogue, and its label."""
 
@@ -80,7 +79,7 @@ def by_bic(outcome: Outcome) -> str | None:
             (i for i, one in enumerate(found.listed) if one.effect.name == name),
             key=lambda i: abs(found.screening.strength[i]),
         )
-        numbers = len(parameters_of(found.listed[best].effect, {}))
+        numbers = len(outcome.base.hypothesis.brought_by(found.listed[best].effect))
         gain = float(found.screening.strength[best]) ** 2
         scores[name] = gain - numbers * np.log(samples)
     top = max(scores, key=lambda name: scores[name], default=None)
@@ -135,8 +134,6 @@ def _added(outcome: Outcome, made: Made, rng: np.random.Generator) -> dict[str, 
             continue
         values = drawn(outcome.final, rng)[label]
         amplitude = float(cause.parameters()["amplitude"])
-        if cause.name == "valve-event":
-            values = np.log(values)
         # The generator's sign may be that of the other side: only the size is compared.
         out[f"{cause.name}: {label}"] = float(
             np.mean(values * np.sign(np.median(values)) < amplitude)

@@ -16,7 +16,6 @@ from typing import NamedTuple
 import numpy as np
 from discovery_cases import Made
 
-from rigid.discovery.fitting.hypothesis import parameters_of
 from rigid.discovery.fitting.local import Local, refined, with_weights
 from rigid.discovery.fitting.samples import data_of
 from rigid.discovery.refit import refit
@@ -76,22 +75,21 @@ def placebo(outcome: Outcome, made: Made) -> str | None:
     mine = found.listed[found.best_of(step.chosen or "")].effect
     equations = {told.equation for told in made.truth.hidden} | {mine.equation}
     cosines = found.screening.cosines[found.best_of(mine.name)]
-    wanted = len(parameters_of(mine, {}))
+    numbers = outcome.base.hypothesis.brought_by
+    wanted = len(numbers(mine))
     others = {
         name: found.listed[found.best_of(name)].effect
         for name in found.effects
         if abs(cosines[found.best_of(name)]) < APART
     }
     apart = {name: e for name, e in others.items() if e.equation not in equations and e.steady}
-    return min(
-        apart, key=lambda name: abs(len(parameters_of(apart[name], {})) - wanted), default=None
-    )
+    return min(apart, key=lambda name: abs(len(numbers(apart[name])) - wanted), default=None)
 
 
 def flat_truth(local: Local, made: Made) -> np.ndarray:
     """The generator's noiseless reading of every sample (n,); NaN where its record has none."""
     layout, truth = local.layout, noiseless(made.truth, made.hidden)
-    tracks = {t.label: t for group in layout.problem.groups for t in group.tracks}
+    tracks = {t.label: t for t in layout.problem.tracks}
     out = np.full(len(layout.time), math.nan)
     for number, channel in enumerate(layout.channels):
         rows, track = np.flatnonzero(layout.channel == number), tracks[channel.track]

@@ -13,6 +13,10 @@ from rigid.tracks import Track
 EVENT = "valve-event"
 EVENT_SPACING = 0.5
 """Seconds between the instants at which an event of a valve is looked for."""
+ABOVE, CLOSE = 40e5, 7e5
+"""Pressures [Pa] at which an effect may set in are tried from so far above what the records reach
+to so far below, so close to each other; further below, at growing distances."""
+GRID = np.linspace(-8.0, 8.0, 6401)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -24,8 +28,10 @@ class Candidate:
       amplitudes where they are absent. - `only`: the record it is confined to, "record,cylinder".
     - `level`: amplitude up to which the records are compared, for effects that do not grow in
       proportion; the amplitude is then counted in units of it. None: the slope at absence.
-    - `log_share`: log of the share of the shape's prior that it stands for, where it is the best of
-      so many `tried`.
+    - `log_share`: log of the share of the shape's prior that it stands for.
+    - `laws`: priors, by label, of the numbers that it brings in beside the effect's own.
+    - `chance`: where it is the best of many settings, what its log Bayes factor comes to in
+      simulated records in which it is not.
     """
 
     effect: type[AbstractEffect]
@@ -36,7 +42,8 @@ class Candidate:
     only: str | None = None
     level: float | None = None
     log_share: float = 0.0
-    tried: int = 1
+    laws: Mapping[str, AbstractLaw] = dataclasses.field(default_factory=dict)
+    chance: tuple[float, ...] = ()
 
     def departure(self, standard: float) -> float:
         """Value of the amplitude at a quantile of `law`, on the standard normal scale."""
@@ -106,6 +113,48 @@ def events(
             absent = float(info.absent or 0.0)
             found.append(Candidate(effect, amplitude, absent, law, shape, track.label))
     return tuple(found)
+
+
+def onsets(
+    effect: type[AbstractEffect], top: float, given: Mapping[str, AbstractLaw] | None = None
+) -> tuple[Candidate, ...]:
+    """List pressures at which an effect of known size may set in, from above all records down.
+
+    What it leaves grows from nothing to all within some tens of bar, where records just reach it:
+    there they stand close. - `top`: greatest pressure in the records [Pa].
+    """
+    laws = laws_of(effect, given or {})
+    assert effect.threshold is not None  # the caller asks
+    law = laws[effect.threshold][1]
+    amplitude = next(label for label, (info, _) in laws.items() if info.absent is not None)
+    info, size = laws[amplitude]
+    absent = float(info.absent or 0.0)
+    places, step = [top + ABOVE], CLOSE
+    while places[-1] - step > float(law.from_standard(-3.0)):
+        places.append(places[-1] - step)
+        step = CLOSE if places[-1] > top - ABOVE else 1.5 * step
+    found = np.array(places)
+    edges = np.concatenate([[found[0] + CLOSE], 0.5 * (found[1:] + found[:-1]), [0.0]])
+    mass = -np.diff(norm.cdf([standard_of(law, edge) for edge in edges]))
+    inside = np.flatnonzero(mass > 0.0)
+    shares = np.log(mass[inside] / mass[inside].mean())
+    level = float(size.from_standard(0.0)) - absent
+    return tuple(
+        Candidate(
+            effect, amplitude, absent, BETWEEN, _shape(laws, {}) | {effect.threshold: places[i]},
+            level=level, log_share=float(share),
+        )
+        for i, share in zip(inside, shares, strict=True)
+    )  # fmt: skip
+
+
+def standard_of(law: AbstractLaw, value: float) -> float:
+    """Quantile of a value under a law, on the standard normal scale."""
+    values = np.asarray(law.from_standard(GRID))
+    rising = values[-1] >= values[0]  # a lognormal law of negative values falls
+    return float(
+        np.interp(value, values if rising else values[::-1], GRID if rising else GRID[::-1])
+    )
 
 
 def laws_of(

@@ -20,7 +20,7 @@ from jax import Array
 
 from rigid.discovery.fitting.hidden import HIDDEN
 from rigid.effects import AbstractEffect
-from rigid.groups import AbstractGroup
+from rigid.groups import AbstractGroup, beating
 from rigid.priors import make_law
 from rigid.problem import Problem
 from rigid.rig import acting
@@ -89,6 +89,7 @@ def _family(problem: Problem, effects: Effects) -> Family:
         more = acting(effects, group.tracks[0].kind)
         groups.append(dataclasses.replace(group, effects=group.effects + more))
     quiet = {label: value for effect in effects for label, value in quiet_values(effect).items()}
+    quiet |= dict.fromkeys(beating(effects, problem.tracks).values(), 0.0)
     return Family(effects, tuple(groups), quiet)
 
 

@@ -15,6 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from rigid.assemble import pump_angles
 from rigid.discovery.fitting.candidates import laws_of
 from rigid.effects import AbstractEffect
 from rigid.newton import is_noise
@@ -38,17 +39,36 @@ class Hypothesis:
     given: Mapping[str, AbstractLaw] = dataclasses.field(default_factory=dict)
     held: Mapping[str, float] = dataclasses.field(default_factory=dict)
 
-    def plus(self, effect: type[AbstractEffect], only: str | None = None) -> "Hypothesis":
-        """Return the model with one more effect."""
+    def plus(
+        self,
+        effect: type[AbstractEffect],
+        only: str | None = None,
+        given: Mapping[str, AbstractLaw] | None = None,
+    ) -> "Hypothesis":
+        """Return the model with one more effect, and more priors that are given."""
         confined = dict(self.only) | ({effect.name: only} if only else {})
-        return dataclasses.replace(self, added=(*self.added, effect), only=confined)
+        laws = dict(self.given) | dict(given or {})
+        return dataclasses.replace(self, added=(*self.added, effect), only=confined, given=laws)
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """Uncertain numbers in the order of w, sensors and noise levels left out."""
         base = [p for p in self.problem.parameters.sampled if p.base != "noise"]
-        more = (p for effect in self.added for p in parameters_of(effect, self.given))
+        more = (p for effect in self.added for p in self.brought_by(effect))
         return tuple(p for p in (*base, *more) if p.label not in self.held)
+
+    def brought_by(self, effect: type[AbstractEffect]) -> list[Parameter]:
+        """Uncertain numbers that an effect brings in, with its own priors or those given.
+
+        One that beats with the pump brings the angle at which each record found the pump.
+        """
+        angles = pump_angles([effect], self.problem.tracks)
+        own = [
+            Parameter(label, info.symbol, info.unit, law)
+            for label, (info, law) in laws_of(effect, self.given).items()
+            if not law.known
+        ]
+        return own + [dataclasses.replace(p, law=self.given.get(p.label, p.law)) for p in angles]
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
@@ -113,17 +133,6 @@ class Hypothesis:
 def _placed(law: AbstractLaw, z: Array) -> tuple[Array, Array]:
     """Value of a law at standard normal z, and its slope by it."""
     return jax.jvp(law.from_standard, (z,), (jnp.ones_like(z),))
-
-
-def parameters_of(
-    effect: type[AbstractEffect], given: Mapping[str, AbstractLaw]
-) -> list[Parameter]:
-    """Uncertain numbers that an effect brings in, with its own priors or those given."""
-    return [
-        Parameter(label, info.symbol, info.unit, law)
-        for label, (info, law) in laws_of(effect, given).items()
-        if not law.known
-    ]
 
 
 def start(problem: Problem, z: np.ndarray, standard: np.ndarray) -> np.ndarray:

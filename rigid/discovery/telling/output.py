@@ -1,17 +1,21 @@
 """discovery.json of the contract, and the spec with what was found in it."""
 
+import dataclasses
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from rigid.assemble import given_laws
 from rigid.catalogue import effects_named, name_in_specs
 from rigid.discovery.fitting.hypothesis import Hypothesis
 from rigid.discovery.fitting.local import Local
 from rigid.discovery.judging import gap
 from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained
 from rigid.discovery.workflow import LIKELY, Judged, Outcome, Step
+from rigid.priors import AbstractLaw
 from rigid.spec import Spec
 
 SCHEMA = 1
@@ -197,7 +201,23 @@ def extended_spec(spec: Spec, outcome: Outcome, folder: Path) -> str:
         pairs = ", ".join(f'{k} = "{v}"' for k, v in {**spec.model.only, **only}.items())
         text = re.sub(r"(?m)^only\s*=.*\n", "", text)
         text = text.replace(effects, f"{effects}\nonly = {{ {pairs} }}", 1)
-    return _with_files(text, spec, folder)
+    laws = {k: v for k, v in outcome.final.hypothesis.given.items() if k not in given_laws(spec)}
+    return _with_files(_with_laws(text, laws), spec, folder)
+
+
+def _with_laws(text: str, laws: Mapping[str, AbstractLaw]) -> str:
+    """Put priors of what was added into a spec, by label."""
+    if not laws:
+        return text
+    lines = "".join(
+        f'"{label}" = {{ {law.name} = {{ '
+        + ", ".join(f"{f.name} = {float(getattr(law, f.name))!r}" for f in dataclasses.fields(law))
+        + " } }\n"
+        for label, law in laws.items()
+    )
+    if re.search(r"(?m)^\[priors\]\s*$", text):
+        return re.sub(r"(?m)^\[priors\]\s*$", lambda _: f"[priors]\n{lines}", text, count=1)
+    return f"{text.rstrip()}\n\n[priors]\n{lines}"
 
 
 def _headed(text: str, effects: str) -> str:

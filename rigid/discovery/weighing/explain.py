@@ -6,7 +6,7 @@ Bayes factor against nothing.
 """
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -19,8 +19,9 @@ from rigid.discovery.unseen.bumps import Target
 from rigid.discovery.weighing.evidence import Bundle, amplitudes, log_bayes
 
 NOTHING, UNNAMED = "nothing", "unnamed"
-PRIOR_NOTHING, PRIOR_UNNAMED = 0.5, 0.1
-"""What one would bet before any record; the rest is shared evenly by the effects."""
+PRIOR_NOTHING, PRIOR_UNNAMED = 0.4, 0.15
+"""What one would bet before any record: who looks suspects something, and of what is missing one in
+four has no entry. The rest is shared evenly by the effects."""
 
 SIMULATED = 1000
 """Draws of campaigns in which nothing is missing, for the p-value."""
@@ -125,9 +126,8 @@ def explain(
     bundle = np.array([float(b.log_bayes(screening.slope)) + t.log_share for t, b in bundles])
     found = Explained(listed, targets, screening, candidate, bundles, bundle, 1.0)
     drawn = null_draws(screening.information, seed)
-    best_of_many(drawn, screening.size, [one.tried for one in listed], seed)
     best_waves(drawn, bundles, seed)
-    null = _totals(found, drawn)
+    null = _totals(found, drawn, by_chance(listed, seed))
     here = _totals(found, screening.slope[None])[0]
     return dataclasses.replace(found, p_value=float((1 + np.sum(null >= here)) / (1 + len(null))))
 
@@ -139,16 +139,10 @@ def null_draws(information: np.ndarray, seed: int) -> np.ndarray:
     return rng.standard_normal((SIMULATED, len(size))) @ _root(information, size).T * size
 
 
-def best_of_many(drawn: np.ndarray, size: np.ndarray, tried: Sequence[int], seed: int) -> None:
-    """Put into slopes (draws, k) those of candidates that are the best of many settings.
-
-    - `size` (k,): of the traces. - `tried`: of each candidate, how many settings there were. With
-      two amplitudes to each, half the square of a setting's strength is exponential.
-    """
+def by_chance(listed: Sequence[Candidate], seed: int) -> dict[int, np.ndarray]:
+    """Log Bayes factors (draws,) of candidates that are the best of many settings, by number."""
     rng = np.random.default_rng([seed, 6])
-    for i, count in enumerate(tried):
-        if count > 1:
-            drawn[:, i] = size[i] * np.sqrt(-2.0 * np.log(_least_tail(rng, len(drawn), count)))
+    return {i: rng.choice(one.chance, SIMULATED) for i, one in enumerate(listed) if one.chance}
 
 
 def best_waves(drawn: np.ndarray, bundles: Sequence[tuple[Target, Bundle]], seed: int) -> None:
@@ -180,13 +174,20 @@ def _root(information: np.ndarray, size: np.ndarray) -> np.ndarray:
         return axes * np.sqrt(np.maximum(values, 0.0))
 
 
-def _totals(found: Explained, slope: np.ndarray) -> np.ndarray:
-    """Log of the evidence for anything at all against nothing, (draws,) for slopes (draws, k)."""
+def _totals(
+    found: Explained, slope: np.ndarray, known: Mapping[int, np.ndarray] | None = None
+) -> np.ndarray:
+    """Log of the evidence for anything at all against nothing, (draws,) for slopes (draws, k).
+
+    - `known`: log Bayes factors of some candidates, by number, that do not come from the slopes.
+    """
+    known = known or {}
     size = found.screening.size
     names = [one.effect.name for one in found.listed]
     parts: dict[str, list[np.ndarray]] = {}
     for i, curve in enumerate(curves_of_all(found.listed, size, Z_GRID)):
-        parts.setdefault(names[i], []).append(np.interp(slope[:, i] / size[i], Z_GRID, curve))
+        log = known[i] if i in known else np.interp(slope[:, i] / size[i], Z_GRID, curve)
+        parts.setdefault(names[i], []).append(log)
     effects = [_mean(np.stack(logs, axis=-1)) for logs in parts.values()]
     each = np.stack([b.log_bayes(slope) + t.log_share for t, b in found.bundles], axis=-1)
     hidden = np.asarray(logsumexp(each + shares(found.bundles), axis=-1))
