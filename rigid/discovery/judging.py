@@ -77,7 +77,7 @@ def _predicted(local: Local, rows: np.ndarray, rest: tuple[np.ndarray, np.ndarra
     """Change of w when some rows are left out, their record's own numbers fitted to them."""
     labels = local.hypothesis.labels
     layout = local.layout
-    places = _places(layout.tracks, {layout.tracks[i] for i in np.unique(layout.track[rows])})
+    places = places_of(layout.tracks, {layout.tracks[i] for i in np.unique(layout.track[rows])})
     own = np.array([label.endswith("]") and label.split("[")[1][:-1] in places for label in labels])
     own = np.concatenate([own, np.zeros(len(local.w) - len(labels), dtype=bool)])
     moved = np.linalg.solve(*rest)
@@ -89,7 +89,7 @@ def _predicted(local: Local, rows: np.ndarray, rest: tuple[np.ndarray, np.ndarra
     return moved
 
 
-def _places(tracks: Iterable[str], out: Container[str]) -> set[str]:
+def places_of(tracks: Iterable[str], out: Container[str]) -> set[str]:
     """Labels of the tracks that are left `out`, and names of records that are left out whole."""
     kept = {t.split(",")[0] for t in tracks if t not in out}
     return {place for t in tracks if t in out for place in (t, t.split(",")[0])} - kept

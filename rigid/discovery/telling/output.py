@@ -202,10 +202,10 @@ def extended_spec(spec: Spec, outcome: Outcome, folder: Path) -> str:
         text = re.sub(r"(?m)^only\s*=.*\n", "", text)
         text = text.replace(effects, f"{effects}\nonly = {{ {pairs} }}", 1)
     laws = {k: v for k, v in outcome.final.hypothesis.given.items() if k not in given_laws(spec)}
-    return _with_files(_with_laws(text, laws), spec, folder)
+    return _with_files(with_laws(text, laws), spec, folder)
 
 
-def _with_laws(text: str, laws: Mapping[str, AbstractLaw]) -> str:
+def with_laws(text: str, laws: Mapping[str, AbstractLaw]) -> str:
     """Put priors of what was added into a spec, by label."""
     if not laws:
         return text

@@ -1,0 +1,63 @@
+"""Effects that set in at a pressure, and numbers that an added effect has in every record."""
+
+import tomllib
+
+import numpy as np
+import pytest
+
+from rigid.discovery.fitting.candidates import onsets
+from rigid.discovery.judging import places_of
+from rigid.discovery.telling.output import with_laws
+from rigid.effects import CATALOGUE
+from rigid.priors import make_law
+
+STAGE = CATALOGUE["pump-stage-switch"]
+TOP = 550e5
+
+
+def test_pressures_stand_close_where_records_just_reach_them():
+    found = onsets(STAGE, TOP)
+    pressures = np.array([one.shape["p_stage"] for one in found])
+    assert pressures[0] > TOP + 30e5, "there the trace of tanh(0.05 p/bar) is a twentieth"
+    assert pressures[-1] < 200e5
+    near = np.abs(pressures - TOP) < 30e5
+    steps = -np.diff(pressures)
+    assert steps[near[:-1]].max() < 10e5, "within a step the trace grows by no more than e"
+    assert len(found) < 30
+    # All are tried with the drop of the paper, which is known, not with a slope at none.
+    assert {one.level for one in found} == {pytest.approx(1.0, abs=1e-3)}
+
+
+def test_pressures_count_for_their_share_of_the_prior():
+    found = onsets(STAGE, TOP)
+    shares = np.exp([one.log_share for one in found])
+    assert shares.mean() == pytest.approx(1.0)
+    pressures = np.array([one.shape["p_stage"] for one in found])
+    inner = slice(1, -1)
+    widths = 0.5 * (pressures[:-2] - pressures[2:])
+    assert shares[inner] / widths == pytest.approx(shares[1] / widths[0], rel=1e-3), "uniform"
+    law = make_law("uniform", {"low": 500e5, "high": 540e5}, "here")
+    given = [one.shape["p_stage"] for one in onsets(STAGE, TOP, {"p_stage": law})]
+    assert min(given) > 490e5
+    assert max(given) < 550e5
+
+
+def test_what_belongs_to_a_record_is_left_out_with_all_of_it():
+    tracks = ("frame-1,A", "free-run-1,A", "free-run-1,B")
+    assert places_of(tracks, {"frame-1,A"}) == {"frame-1,A", "frame-1"}
+    assert places_of(tracks, {"free-run-1,A"}) == {"free-run-1,A"}
+    assert places_of(tracks, set(tracks[1:])) == {*tracks[1:], "free-run-1"}
+
+
+@pytest.mark.parametrize(
+    "text", ["[rig]\n", '[priors]\nk_LC = { fixed = 6e7 }\n\n[[records]]\nname = "x"\n']
+)
+def test_priors_of_what_was_added_stand_in_the_extended_spec(text: str):
+    law = make_law("uniform", {"low": -1.25, "high": 5.0}, "here")
+    found = tomllib.loads(with_laws(text, {"pump_angle[frame-1]": law}))
+    assert found["priors"]["pump_angle[frame-1]"] == {"uniform": {"low": -1.25, "high": 5.0}}
+    assert {k: v for k, v in found.items() if k != "priors"} == {
+        k: v for k, v in tomllib.loads(text).items() if k != "priors"
+    }
+    assert found["priors"].get("k_LC") == tomllib.loads(text).get("priors", {}).get("k_LC")
+    assert with_laws(text, {}) == text
