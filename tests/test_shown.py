@@ -1,4 +1,6 @@
-"""What is said of the hidden thing that explains most."""
+"""What is said and shown of what was found."""
+
+import re
 
 import numpy as np
 import pytest
@@ -6,11 +8,18 @@ import pytest
 from rigid.discovery.fitting.local import Local
 from rigid.discovery.fitting.samples import Channel, Layout
 from rigid.discovery.fitting.screening import Around, screen
+from rigid.discovery.telling.present import bets, line_sizes
 from rigid.discovery.telling.shown import hidden_shown
 from rigid.discovery.unseen.bumps import Bumps, Target, together
 from rigid.discovery.unseen.crosstalk import RATES, answering
 from rigid.discovery.unseen.straight import straight
-from rigid.discovery.weighing.explain import Explained, bundles_of
+from rigid.discovery.weighing.explain import (
+    PRIOR_NOTHING,
+    PRIOR_UNNAMED,
+    Explained,
+    bundles_of,
+)
+from rigid.discovery.weighing.odds import MIMICS
 from rigid.discovery.workflow import Bench, Outcome, Step
 from rigid.plots.discovery import hidden_figure
 
@@ -76,3 +85,25 @@ def test_a_leak_is_said_to_be_in_proportion_to_the_pressure():
     assert shown.words.endswith(" p")
     np.testing.assert_allclose(shown.place, places)
     assert not shown.groups
+
+
+def test_a_line_is_shown_at_its_frequency_with_its_amplitude():
+    rng = np.random.default_rng(3)
+    interval, count, hertz = 0.01, 1000, 14.0
+    time = interval * np.arange(count)
+    series = 0.3 * np.sin(2.0 * np.pi * hertz * time + 0.4) + 0.1 * rng.standard_normal(count)
+    frequency, size = line_sizes(series, interval, (13.8, 14.2))
+    assert frequency[0] > 6.8
+    assert frequency[-1] < 21.4
+    top = int(np.argmax(size))
+    assert frequency[top] == pytest.approx(hertz)
+    # The amplitude of noise of sd s in a line of n samples has sd s sqrt(2/n).
+    assert size[top] == pytest.approx(0.3, abs=4.0 * 0.1 * np.sqrt(2.0 / count))
+    assert np.delete(size, top).max() < 0.1
+
+
+def test_the_page_says_what_is_bet_before_any_record():
+    numbers = [float(word.strip("'\",.")) for word in re.findall(r"0\.\d\d|\b11\b", bets())]
+    assert numbers[:3] == [PRIOR_NOTHING, pytest.approx(0.45), PRIOR_UNNAMED]
+    assert sum(numbers[:3]) == pytest.approx(1.0)
+    assert numbers[3] == round(1.0 + 0.45 / (MIMICS * PRIOR_UNNAMED))

@@ -20,16 +20,18 @@ MOST_PANELS = 3
 class ResidualShown:
     """One channel: residuals over what its sheet allows, before and after.
 
-    - `name`; `time` (n,) [s]; `before`, `after` (n,): smoothed over `smoothed` samples.
-    - `stretch` [s]: where the effect shows, or None.
+    - `name`; `place` (n,): time [s]; `before`, `after` (n,): smoothed over `smoothed` samples.
+    - `stretch`: where the effect shows, or None.
+    - `frequencies`: whether the places are frequencies [Hz], and the residuals their lines' sizes.
     """
 
     name: str
-    time: Float[np.ndarray, " n"]
+    place: Float[np.ndarray, " n"]
     before: Float[np.ndarray, " n"]
     after: Float[np.ndarray, " n"]
     smoothed: int
     stretch: tuple[float, float] | None = None
+    frequencies: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,16 +108,16 @@ def residuals_figure(shown: Sequence[ResidualShown], simulated: bool) -> Figure:
                     axes.axvspan(*one.stretch, color=GREY, alpha=0.15, linewidth=0)
                 kept = line_points(series)
                 axes.plot(
-                    one.time[kept], series[kept], linewidth=0.8,
+                    one.place[kept], series[kept], linewidth=0.8,
                     color=VERMILION if column == 0 else BLUE,
                 )  # fmt: skip
                 axes.axhline(0.0, color=GREY, linewidth=0.5)
-                axes.set_ylim(-size, size)
+                axes.set_ylim(0.0 if one.frequencies else -size, size)
                 panel_title(axes, f"{one.name}, {word}")
                 if column == 0:
-                    axes.set_ylabel("residual / sheet")
+                    axes.set_ylabel("line / sheet" if one.frequencies else "residual / sheet")
                 if row == len(shown) - 1:
-                    axes.set_xlabel("time [s]")
+                    axes.set_xlabel("frequency [Hz]" if one.frequencies else "time [s]")
     return figure
 
 

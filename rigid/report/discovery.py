@@ -49,7 +49,7 @@ class DiscoveryContent:
     - `ruling`: the verdict in a sentence. - `steps`. - `ending`: what is left at the end.
     - `where`: a sentence on where model and records disagree, and a row for each disagreement:
       (channel, over what, from where to where, p-value, p-value with what was added).
-    - `compared`: for the figure.
+    - `compared`: for the figure. - `bets`: what one would bet before any record, in a sentence.
     - `notes`: on the records as they were read.
     - `names`, `cosines` (n, n): what the records can tell apart. - `pairs`: sentences on it.
     - `rejected`: (effect, why).
@@ -62,6 +62,7 @@ class DiscoveryContent:
     steps: tuple[StepContent, ...]
     where: tuple[str, tuple[tuple[str, str, str, str, str], ...]]
     compared: ComparedShown
+    bets: str
     ending: tuple[str, ...]
     notes: tuple[str, ...]
     names: tuple[str, ...]
@@ -78,11 +79,14 @@ def illustrations(number: int, step: StepContent, simulated: bool) -> list[Illus
     out = []
     if step.residuals:
         key = f"fig-discovery-residuals-{number}"
-        caption = (
-            "Residuals over what the sensors' sheets allow, averaged over "
-            f"{step.residuals[0].smoothed} samples, without and with the effect, in one scale. "
-            "Grey: where the effect shows."
+        first = step.residuals[0]
+        kind = (
+            "Size of each line of frequency in residuals over what the sensors' sheets allow"
+            if first.frequencies
+            else "Residuals over what the sensors' sheets allow, averaged over "
+            f"{first.smoothed} samples"
         )
+        caption = f"{kind}, without and with the effect, in one scale. Grey: where it shows."
         drawing = svg(residuals_figure(step.residuals, simulated), key)
         out.append(Illustration(key, drawing, caption, "Residuals before and after the addition"))
     if step.hidden is not None:

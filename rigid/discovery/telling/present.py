@@ -10,7 +10,14 @@ from rigid.discovery.telling.compared import Compared, sentence, shown, table
 from rigid.discovery.telling.output import interval, quoted
 from rigid.discovery.telling.shown import hidden_shown
 from rigid.discovery.telling.words import WORDS
-from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained
+from rigid.discovery.weighing.explain import (
+    NOTHING,
+    PRIOR_NOTHING,
+    PRIOR_UNNAMED,
+    UNNAMED,
+    Explained,
+)
+from rigid.discovery.weighing.odds import MIMICS
 from rigid.discovery.workflow import Judged, Outcome, Step
 from rigid.plots.discovery import MOST_PANELS, ResidualShown
 from rigid.report.discovery import DiscoveryContent, StepContent
@@ -48,6 +55,7 @@ def content(spec: Spec, outcome: Outcome, made: dict[str, Any], run: Run) -> Dis
         ),
         where=(sentence(run.compared), table(made["disagreements"])),
         compared=shown(run.compared),
+        bets=bets(),
         ending=_ending(outcome),
         notes=run.notes,
         names=names,
@@ -113,6 +121,8 @@ def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> St
         f"{where['channel']}"
         + (f", from {where['time_s'][0]:.2f} to {where['time_s'][1]:.2f} s" if where["time_s"]
            else "")
+        + (f", a line of {where['frequency_Hz'][0]:.4g} to {where['frequency_Hz'][1]:.4g} Hz"
+           if where["frequency_Hz"] else "")
         + f". Equation: {where['equation']}.",
         f"Chance alone finds as much in {_share(step.explained.p_value)} of campaigns in which "
         "nothing is missing; all that was tried is counted.",
@@ -194,7 +204,7 @@ def _gaps(told: dict[str, float] | None) -> tuple[tuple[str, str, str], ...]:
 
 
 def _residuals(step: Step) -> tuple[ResidualShown, ...]:
-    """Channels that gain most, before and after."""
+    """Channels that gain most, before and after; by frequency where the effect is a line."""
     if step.chosen is None:
         return ()
     one = step.refits[step.chosen]
@@ -205,24 +215,41 @@ def _residuals(step: Step) -> tuple[ResidualShown, ...]:
     for number in np.argsort(-totals)[:MOST_PANELS]:
         channel = layout.channels[number]
         rows = (layout.channel == number) & layout.read
+        left = [fit.residual[rows] / layout.floor[rows] for fit in (one.before, one.after)]
+        name = f"{channel.track} {channel.quantity}"
+        band = step.place.frequency_Hz
+        if band is not None:
+            found = [line_sizes(series, channel.interval, band) for series in left]
+            (place, before), (_, after) = found
+            out.append(ResidualShown(name, place, before, after, 1, band, frequencies=True))
+            continue
         count = max(int(rows.sum()) // 25, 1)
-        mean = np.ones(count) / count
-        before, after = (
-            np.convolve(fit.residual[rows] / layout.floor[rows], mean, "same")
-            for fit in (one.before, one.after)
-        )
+        before, after = (np.convolve(series, np.ones(count) / count, "same") for series in left)
         here = (channel.track, channel.quantity) == (step.place.record, step.place.channel)
-        out.append(
-            ResidualShown(
-                f"{channel.track} {channel.quantity}",
-                layout.time[rows],
-                before,
-                after,
-                count,
-                step.place.time_s if here else None,
-            )
-        )
+        stretch = step.place.time_s if here else None
+        out.append(ResidualShown(name, layout.time[rows], before, after, count, stretch))
     return tuple(out)
+
+
+def line_sizes(
+    series: np.ndarray, interval: float, band: tuple[float, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies [Hz] about a band and the amplitudes of the lines of a series there."""
+    frequency = np.fft.rfftfreq(len(series), interval)
+    size = 2.0 * np.abs(np.fft.rfft(series)) / len(series)
+    near = (frequency > 0.5 * band[0]) & (frequency < 1.5 * band[1])
+    return frequency[near], size[near]
+
+
+def bets() -> str:
+    """What one would bet before any record, and that what looks like an effect may be none."""
+    effects = 1.0 - PRIOR_NOTHING - PRIOR_UNNAMED
+    like = 1.0 + effects / (MIMICS * PRIOR_UNNAMED)
+    return (
+        f'Before, one bets {PRIOR_NOTHING:.2f} on "nothing is missing", {effects:.2f} on all '
+        f"effects together and {PRIOR_UNNAMED:.2f} on something else. Of all that looks like an "
+        f"effect, one in {like:.0f} is taken to be something else that no record can tell from it."
+    )
 
 
 def _ending(outcome: Outcome) -> tuple[str, ...]:
