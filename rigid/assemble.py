@@ -137,7 +137,8 @@ def list_parameters(
     """List every number of the model with its prior; the spec's word goes before the effect's."""
     physical = list(_physical(spec, effects, tracks))
     local = [p for t in tracks for p in _local(spec, t)]
-    for one in pump_angles(effects, tracks):
+    acting = Grouping(effects, {}, spec.model.only).acting
+    for one in pump_angles(effects, [t for t in tracks if any(e.beat for e in acting(t))]):
         local.append(dataclasses.replace(one, law=_law(spec, one.label, one.law)))
     noise = list(_noise(spec, tracks, series))
     listed = physical + local + noise

@@ -73,3 +73,23 @@ def test_an_effect_that_acts_in_one_kind_is_left_out_elsewhere(tmp_path: Path):
 def test_what_is_not_there_is_refused_with_a_sentence(tmp_path: Path, model, says: str):
     with pytest.raises(InputError, match=says):
         problem_with(tmp_path, **model)
+
+
+def test_records_in_which_the_pump_beats_have_its_angle(tmp_path: Path):
+    angles = [
+        label
+        for label in problem_with(tmp_path, effects=effects("pump-ripple")).parameters.labels
+        if label.startswith("pump_angle")
+    ]
+    # Both cylinders of a free run share it; releases know nothing of the pump.
+    assert sorted(angles) == sorted(
+        f"pump_angle[{kind}-{i}]" for kind in ("frame", "free-run") for i in (1, 2, 3)
+    )
+
+
+def test_a_ripple_confined_to_a_record_asks_for_no_other_angles(tmp_path: Path):
+    found = problem_with(
+        tmp_path, effects=effects("pump-ripple"), only='{ pump-ripple = "frame-2,B" }'
+    )
+    angles = [label for label in found.parameters.labels if label.startswith("pump_angle")]
+    assert angles == ["pump_angle[frame-2]"]

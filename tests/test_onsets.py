@@ -50,7 +50,12 @@ def test_what_belongs_to_a_record_is_left_out_with_all_of_it():
 
 
 @pytest.mark.parametrize(
-    "text", ["[rig]\n", '[priors]\nk_LC = { fixed = 6e7 }\n\n[[records]]\nname = "x"\n']
+    "text",
+    [
+        "[rig]\n",
+        '[priors]\nk_LC = { fixed = 6e7 }\n\n[[records]]\nname = "x"\n',
+        "[priors]  # from the sheet\nk_LC = { fixed = 6e7 }\n",
+    ],
 )
 def test_priors_of_what_was_added_stand_in_the_extended_spec(text: str):
     law = make_law("uniform", {"low": -1.25, "high": 5.0}, "here")

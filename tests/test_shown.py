@@ -5,10 +5,13 @@ import re
 import numpy as np
 import pytest
 
+from rigid.discovery.fitting.candidates import Candidate
 from rigid.discovery.fitting.local import Local
-from rigid.discovery.fitting.samples import Channel, Layout
+from rigid.discovery.fitting.samples import Channel, Layout, Terms
 from rigid.discovery.fitting.screening import Around, screen
-from rigid.discovery.telling.present import bets, line_sizes
+from rigid.discovery.judging import Place
+from rigid.discovery.refit import Refit
+from rigid.discovery.telling.present import bets, line_sizes, residuals
 from rigid.discovery.telling.shown import hidden_shown
 from rigid.discovery.unseen.bumps import Bumps, Target, together
 from rigid.discovery.unseen.crosstalk import RATES, answering
@@ -21,7 +24,8 @@ from rigid.discovery.weighing.explain import (
 )
 from rigid.discovery.weighing.odds import MIMICS
 from rigid.discovery.workflow import Bench, Outcome, Step
-from rigid.plots.discovery import hidden_figure
+from rigid.effects import CATALOGUE
+from rigid.plots.discovery import hidden_figure, residuals_figure
 
 SAMPLES = 300
 TIME = np.arange(SAMPLES) * 0.01
@@ -107,3 +111,26 @@ def test_the_page_says_what_is_bet_before_any_record():
     assert numbers[:3] == [PRIOR_NOTHING, pytest.approx(0.45), PRIOR_UNNAMED]
     assert sum(numbers[:3]) == pytest.approx(1.0)
     assert numbers[3] == round(1.0 + 0.45 / (MIMICS * PRIOR_UNNAMED))
+
+
+@pytest.mark.parametrize(
+    ("name", "hertz", "frequencies"),
+    [
+        ("pump-ripple", 14.0, True),
+        ("free-root-plate", 14.0, False),  # it swings and dies out
+        ("pump-ripple", 60.0, False),  # faster than any channel reads
+    ],
+)
+def test_only_what_beats_is_shown_by_frequency(name: str, hertz: float, frequencies: bool):
+    layout = bare(
+        Layout, channels=CHANNELS, channel=NUMBER, time=np.tile(TIME, 3),
+        weight=np.ones(len(NUMBER)), floor=NOISE,
+    )  # fmt: skip
+    terms = [Terms(np.full(len(NUMBER), v), NOISE**-1.0, NOISE**-2.0) for v in (0.0, 1.0)]
+    before, after = (bare(Local, layout=layout, residual=NOISE, terms=t) for t in terms)
+    one = Refit(bare(Candidate, effect=CATALOGUE[name]), before, after, 5.0)
+    place = Place("free-run-1,A", "pressure", (0.5, 2.0), (hertz - 0.2, hertz + 0.2))
+    shown = residuals(bare(Step, chosen=name, refits={name: one}, place=place))
+    assert {each.frequencies for each in shown} == {frequencies}
+    axes = residuals_figure(shown, simulated=True).axes[-1]
+    assert axes.get_xlabel() == ("frequency [Hz]" if frequencies else "time [s]")

@@ -26,11 +26,14 @@ DRY = {
 # Pumping, a hold under a shut valve, letting off: the plunger starts, sticks and turns.
 TURNING = drive(140, (0.203, 0.637, 0.9), (0, 1, 0, 2))
 FLOWS = [0.0, 0.1, -0.2]
+ANGLE = 0.3
+"""At which the pump stood when the record began [rad]; only what beats knows of it."""
 
 
 @eqx.filter_jit
 def marched(rig, contact, fractions, record):
-    return staggered.march(rig, contact, fractions, (record,))
+    angles = jnp.full_like(fractions[0], ANGLE)
+    return staggered.march(rig, contact, fractions, (record,), angles)
 
 
 def by_steps(values, names, contact: float, flows, record) -> dict[str, np.ndarray]:
@@ -46,7 +49,7 @@ def by_lsoda(values, names, contact: float, flows, record) -> dict[str, np.ndarr
 
     @jax.jit
     def rates(scaled, flow, time):
-        moved = rig.motion(scaled * scales, Surroundings(contact, 0.0, flow, time)).rates
+        moved = rig.motion(scaled * scales, Surroundings(contact, 0.0, flow, time, ANGLE)).rates
         return jnp.stack([jnp.broadcast_to(r, ()) for r in moved]) / scales
 
     flat, rows = np.zeros(len(scales)), []
@@ -59,7 +62,7 @@ def by_lsoda(values, names, contact: float, flows, record) -> dict[str, np.ndarr
             rtol=1e-9, atol=1e-9, tcrit=times[-1:], mxstep=1_000_000,
         )  # fmt: skip
         for t, y in zip(inside, path[np.searchsorted(times, inside)], strict=True):
-            outside = Surroundings(contact, 0.0, flows[level], t)
+            outside = Surroundings(contact, 0.0, flows[level], t, ANGLE)
             rows.append(readings(rig, jnp.asarray(y * scales), outside)[:3])
         flat = path[-1]
     return dict(zip(("load", "stroke", "pressure"), np.array(rows, dtype=float).T, strict=True))

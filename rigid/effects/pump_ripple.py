@@ -21,7 +21,7 @@ class PumpRipple(AbstractEffect):
 
     a is relative to the fast stage's flow, 11.6 l/min, which the pump delivers below p_max. The
     pump runs at one speed; at which angle phi it stood when a record began is a number of that
-    record's own, `pump_angle[record,cylinder]`.
+    record's own, `pump_angle[record]`.
 
     Signature: with the valve open, a line at f in pressure and load, an amplitude a kappa q_fast /
     (2 pi f) of oil over the rig's compliance in a frame, mu a v/S in a free run; none with the

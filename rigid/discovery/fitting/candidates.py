@@ -137,7 +137,7 @@ def onsets(
     edges = np.concatenate([[found[0] + CLOSE], 0.5 * (found[1:] + found[:-1]), [0.0]])
     mass = -np.diff(norm.cdf([standard_of(law, edge) for edge in edges]))
     inside = np.flatnonzero(mass > 0.0)
-    shares = np.log(mass[inside] / mass[inside].mean())
+    shares = np.log(mass[inside] * len(inside) / mass[inside].sum())
     level = float(size.from_standard(0.0)) - absent
     return tuple(
         Candidate(

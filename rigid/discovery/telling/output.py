@@ -215,8 +215,9 @@ def with_laws(text: str, laws: Mapping[str, AbstractLaw]) -> str:
         + " } }\n"
         for label, law in laws.items()
     )
-    if re.search(r"(?m)^\[priors\]\s*$", text):
-        return re.sub(r"(?m)^\[priors\]\s*$", lambda _: f"[priors]\n{lines}", text, count=1)
+    header = re.search(r"(?m)^\[\s*priors\s*\].*\n", text)
+    if header:
+        return text[: header.end()] + lines + text[header.end() :]
     return f"{text.rstrip()}\n\n[priors]\n{lines}"
 
 

@@ -147,7 +147,7 @@ def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> St
         ),
         moved=_moved(step),
         gaps=_gaps(told["gap"]),
-        residuals=_residuals(step),
+        residuals=residuals(step),
         hidden=hidden,
     )
 
@@ -203,21 +203,26 @@ def _gaps(told: dict[str, float] | None) -> tuple[tuple[str, str, str], ...]:
     )
 
 
-def _residuals(step: Step) -> tuple[ResidualShown, ...]:
-    """Channels that gain most, before and after; by frequency where the effect is a line."""
+def residuals(step: Step) -> tuple[ResidualShown, ...]:
+    """Channels that gain most, before and after; by frequency where the effect beats."""
     if step.chosen is None:
         return ()
     one = step.refits[step.chosen]
     layout = one.before.layout
     gain = one.after.terms.value - one.before.terms.value
     totals = np.bincount(layout.channel, weights=gain, minlength=len(layout.channels))
+    shown = np.argsort(-totals)[:MOST_PANELS]
+    slowest = max(layout.channels[number].interval for number in shown)
+    band = step.place.frequency_Hz
+    # What swings and dies out is a line as well, but better seen over time.
+    if one.candidate.effect.beat is None or (band is not None and band[1] > 0.5 / slowest):
+        band = None
     out = []
-    for number in np.argsort(-totals)[:MOST_PANELS]:
+    for number in shown:
         channel = layout.channels[number]
         rows = (layout.channel == number) & layout.read
         left = [fit.residual[rows] / layout.floor[rows] for fit in (one.before, one.after)]
         name = f"{channel.track} {channel.quantity}"
-        band = step.place.frequency_Hz
         if band is not None:
             found = [line_sizes(series, channel.interval, band) for series in left]
             (place, before), (_, after) = found
