@@ -76,6 +76,9 @@ def interval(residual: Array, sigma: Array, step: float) -> Point:
 class Curve(NamedTuple):
     """`interval` for given noise levels as a polynomial in the squared residual.
 
+    The probability is log-concave; where it is flat, in the middle of a wide step, the polynomial
+    waves a little about it, and a curvature that comes out above 0 is 0.
+
     - `powers` (DEGREE, ...): coefficients, over the noise levels' shape.
     - `reach` (...): greatest residual covered, in noise sds. - `sigma` (...): noise.
     """
@@ -99,7 +102,7 @@ class Curve(NamedTuple):
         return Point(
             _horner(self.powers, u) + slope * beyond - 0.5 * beyond**2,
             -jnp.sign(residual) * (slope - beyond) / self.sigma,
-            jnp.where(beyond > 0.0, -1.0, curvature) / self.sigma**2,
+            jnp.where(beyond > 0.0, -1.0, jnp.minimum(curvature, 0.0)) / self.sigma**2,
         )
 
 

@@ -7,6 +7,8 @@ from scipy.signal import lfilter
 
 from rigid.discovery.fitting import leftover
 from rigid.discovery.fitting.leftover import TRACE_SD, Explaining, noise_laws
+from rigid.discovery.fitting.local import Local
+from rigid.discovery.fitting.samples import Terms
 
 SAMPLES, CHANNELS, TRACES, RHO = 1000, 12, 40, 0.6
 TIME = (1.0 + RHO) / (1.0 - RHO)
@@ -50,6 +52,18 @@ def test_noise_keeps_its_correlation_though_traces_explain_the_slow_part(monkeyp
 def test_white_noise_stays_white():
     found = times(explaining(noise(0.0, 2)), ROWS, GOOD)
     assert np.mean(found) == pytest.approx(1.0, abs=0.05)
+
+
+def test_a_trace_where_no_sample_tells_explains_nothing():
+    rng = np.random.default_rng(4)
+    bend, design = np.repeat((1.0, 0.0), 100), rng.normal(size=(200, 2))
+    local = object.__new__(Local)
+    vars(local).update(
+        terms=Terms(np.zeros(200), bend * rng.normal(size=200), bend), design=design, w=np.zeros(2)
+    )
+    told, silent = rng.normal(size=(200, 1)), np.repeat((0.0, 1.0), 100)[:, None]
+    both = Explaining.by(local, np.concatenate([told, silent], axis=1))
+    np.testing.assert_allclose(both.left, Explaining.by(local, told).left, atol=1e-12)
 
 
 def test_samples_that_do_not_count_say_nothing():

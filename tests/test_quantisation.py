@@ -97,6 +97,16 @@ def test_curve_beyond_its_reach(ratio: float):
     assert np.all(np.diff(np.asarray(got.value), axis=0) < 0)
 
 
+@pytest.mark.parametrize("ratio", [4.0, 12.0, 24.0, 60.0])
+def test_curve_is_concave_where_the_interval_is_flat(ratio: float):
+    r = jnp.linspace(0.0, 0.5 * ratio + 2 * REACH, 4001)[:, None]
+    got = np.asarray(curve(jnp.ones(1), ratio)(r).curvature)
+    exact = np.asarray(interval(r, jnp.ones(1), ratio).curvature)
+    assert np.all(got <= 0.0)
+    inside = np.asarray(r) < 0.5 * ratio
+    assert got[inside].mean() == pytest.approx(exact[inside].mean(), rel=0.02)
+
+
 def test_curve_serves_several_noise_levels_at_once():
     sigma = jnp.asarray([[0.5, 1.0, 2.0], [0.7, 1.5, 3.0]])
     r = jnp.asarray(np.random.default_rng(1).normal(size=(40, 2, 1))) * sigma

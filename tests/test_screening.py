@@ -325,6 +325,21 @@ def test_projecting_out_is_refitting():
     assert found.information[1, 1] == pytest.approx(free @ free)
 
 
+def test_a_trace_of_which_nothing_is_left_says_nothing():
+    """As in a stroke sensor that stands still in the middle of a wide step."""
+    rng = np.random.default_rng(3)
+    score, bend = rng.normal(size=300), np.repeat((1.0, 0.0), 150)
+    design = np.ones((300, 1))
+    still, absorbed, seen = np.repeat((0.0, 1.0), 150), 1e9 * design[:, 0], rng.normal(size=300)
+    around = Around(score, bend, 1e9 * design, np.zeros(1))
+    found = screen(around, np.stack([still, absorbed, seen], axis=1))
+    assert found.strength[:2].tolist() == [0.0, 0.0]
+    assert abs(found.strength[2]) > 0.01
+    here = Bundle(np.array([0, 1, 2]), found.information)
+    alone = Bundle(np.array([2]), found.information)
+    assert float(here.log_bayes(found.slope)) == pytest.approx(float(alone.log_bayes(found.slope)))
+
+
 def test_bayes_factor_of_a_gaussian_amplitude_is_the_closed_form():
     """N(0, s): ln B = g^2 s^2 / (2 (1 + I s^2)) - ln(1 + I s^2)/2."""
     law = Normal(0.0, 2.0)

@@ -23,7 +23,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from discovery_cases import CLOCK, Case, Made, cases, make
-from discovery_page import page
+from discovery_figures import figures
+from discovery_page import answered, page
 from rows import carry_out, lines_of
 
 if TYPE_CHECKING:
@@ -143,7 +144,8 @@ def main() -> int:
         )
     rows = lines_of(sorted(args.out.glob(f"discovery-{args.size}.*.jsonl")))
     known = json.loads((args.out / "lookalikes.json").read_text("utf-8"))
-    text = page(rows, known, len(listed), args.size)
+    pictures = [f"{args.out.name}/{path.name}" for path in figures(answered(rows), args.out)]
+    text = page(rows, known, len(listed), args.size, pictures)
     args.out.with_suffix(".md").write_text(text, encoding="utf-8")
     return 0
 

@@ -1,7 +1,9 @@
 """The page of the discovery benchmark, from its rows."""
 
+import datetime
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 from discovery_bars import (
@@ -48,18 +50,31 @@ simulated by code that shares nothing with the model, most causes in another fun
 left of a cause once all constants are refitted. Bounds are one-sided, 95 %, after Clopper and
 Pearson. All of it is simulated.
 
-`python tests/studies/discovery.py --size {size}`, code of {commits}: {done} of {planned} campaigns.
+`python tests/studies/discovery.py --size {size} --closure`, code of {commits}, {today}:
+{done} of {planned} campaigns.
 """
+PICTURES = {
+    "measures": "Power, reliability and repair; bars are the bounds (simulated)",
+    "confusion": "What was said first, over what was hidden (simulated)",
+}
 
 
-def page(rows: Sequence[Row], lookalikes: Mapping, planned: int, size: str) -> str:
-    """Write the page; a section without a campaign yet says so."""
+def page(
+    rows: Sequence[Row], lookalikes: Mapping, planned: int, size: str, pictures: Sequence[str] = ()
+) -> str:
+    """Write the page; a section without a campaign yet says so.
+
+    - `pictures`: paths of the figures that there are, as the page links them.
+    """
     known = known_from(lookalikes)
     commits = ", ".join(sorted({row["commit"] for row in rows})) or "no commit"
-    head = HEAD.format(size=size, commits=commits, done=len(rows), planned=planned)
-    good = [row for row in rows if row["answer"]["verdict"] not in NO_ANSWER]
+    today = datetime.datetime.now(datetime.UTC).date().isoformat()
+    told = {"commits": commits, "today": today, "done": len(rows), "planned": planned}
+    head = HEAD.format(size=size, **told)
+    good = answered(rows)
     sections = [
         bars(good, known, NAMES),
+        *(f"![{PICTURES[Path(path).stem]}]({path})\n" for path in pictures),
         _alarms(good),
         _power(good),
         _places(good),
@@ -75,6 +90,11 @@ def page(rows: Sequence[Row], lookalikes: Mapping, planned: int, size: str) -> s
         _cost(rows),
     ]
     return "\n".join([head, *sections])
+
+
+def answered(rows: Sequence[Row]) -> list[Row]:
+    """Campaigns that could be made and were not refused."""
+    return [row for row in rows if row["answer"]["verdict"] not in NO_ANSWER]
 
 
 def _alarms(rows: Sequence[Row]) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from discovery_bars import coverage
 from discovery_cases import FIRST_SEED, NAMES, Case, cases, edited, left
+from discovery_figures import confusion, figures, measures
 from discovery_page import page
 from discovery_scores import (
     TOLD_APART,
@@ -161,6 +162,31 @@ def test_the_page_counts_what_it_says():
     assert "1 refused" in text
     assert "72 of 100 campaigns" in text
     assert page([], STORED, 100, "standard")  # nothing yet
+
+
+def test_figures_show_what_the_page_counts(tmp_path):
+    lag = Case(0, "single", ("stroke-sensor-lag",), 5.0)
+    rows = [row(Case(0, "clean"), NONE)] * 3
+    rows += [row(lag, named("stroke-sensor-lag"))] * 3 + [row(lag, named("clock-offset"))]
+    rows += [row(lag._replace(strength=2.0), NONE)]
+    rows += [row(lag._replace(population="taken out"), named("clock-offset"))]
+    power, reliability, repair = measures(rows).axes
+    np.testing.assert_allclose(power.lines[0].get_ydata(), [0.0, 1.0])
+    np.testing.assert_allclose(power.lines[1].get_ydata(), [0.0, 0.75])
+    assert [text.get_text() for text in reliability.texts] == ["5"]
+    assert not repair.lines  # no repair was computed
+    [matrix] = confusion(rows).axes
+    truths = ["nothing, clean", "stroke-sensor-lag", "stroke-sensor-lag, taken out"]
+    assert [label.get_text() for label in matrix.get_yticklabels()] == truths
+    said = ["nothing", "stroke-sensor-lag", "clock-offset", "unnamed"]
+    assert [label.get_text() for label in matrix.get_xticklabels()] == said
+    assert [text.get_text() for text in matrix.texts] == ["3", "3", "1", "1"]
+    written = figures(rows, tmp_path)
+    assert [path.name for path in written] == ["measures.svg", "confusion.svg"]
+    first = written[0].read_bytes()
+    assert figures(rows, tmp_path)[0].read_bytes() == first
+    assert "](here/measures.svg)" in page(rows, STORED, 100, "standard", ["here/measures.svg"])
+    assert not figures([], tmp_path / "none")
 
 
 def test_intervals_are_counted_apart_where_a_cause_stays_hidden():

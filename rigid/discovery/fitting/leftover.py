@@ -51,8 +51,9 @@ class Explaining:
     def by(cls, local: Local, traces: np.ndarray) -> "Explaining":
         """Lay out parameters and traces (n, k) of a fit."""
         bend, fitted = local.terms.bend, len(local.w)
-        size = np.sqrt(np.maximum(np.einsum("nk,n,nk->k", traces, bend, traces), 1e-300))
-        columns = np.concatenate([local.design, traces / size], axis=1)
+        size = np.sqrt(np.einsum("nk,n,nk->k", traces, bend, traces))
+        unit = np.where(size > 0.0, size, np.inf)  # where no sample tells, a trace explains nothing
+        columns = np.concatenate([local.design, traces / unit], axis=1)
         spread = np.concatenate([np.ones(fitted), np.full(len(size), TRACE_SD)])
         known = cho_factor(np.diag(spread**-2.0) + gram(columns, bend))
         pull = np.concatenate([-local.w, np.zeros(len(size))])

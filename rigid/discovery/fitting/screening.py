@@ -55,6 +55,8 @@ class Screening(NamedTuple):
         return Screening(self.slope[which], self.information[np.ix_(which, which)])
 
 
+LOST = 1e-13
+"""Part of a trace's information below which what the fit has not absorbed is rounding."""
 ROWS = 1024
 """Samples that are multiplied at a time: most traces are 0 in most of these, and left out there."""
 
@@ -75,12 +77,16 @@ def screen(around: Around, traces: np.ndarray) -> Screening:
 
     - `traces` (n, k): change of the expected record per unit amplitude.
 
-    The fit's parameters have unit normal priors. Source: Rao's score test, with nuisance
+    The fit's parameters have unit normal priors. A trace of which nothing is left, or that lies
+    where no sample tells, has slope and information 0. Source: Rao's score test, with nuisance
     parameters projected out; Cox and Hinkley 1974, Theoretical Statistics, sec. 9.3.
     """
     weighted = around.design * around.bend[:, None]
     known = cho_factor(np.eye(around.design.shape[1]) + around.design.T @ weighted)
     shared = weighted.T @ traces
     absorbed = cho_solve(known, shared)
-    left = gram(traces, around.bend) - shared.T @ absorbed
-    return Screening(traces.T @ around.score - absorbed.T @ around.pull, 0.5 * (left + left.T))
+    alone = gram(traces, around.bend)
+    left = alone - shared.T @ absorbed
+    seen = np.diag(left) > LOST * np.diag(alone)
+    slope = traces.T @ around.score - absorbed.T @ around.pull
+    return Screening(np.where(seen, slope, 0.0), 0.5 * (left + left.T) * np.outer(seen, seen))
