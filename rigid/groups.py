@@ -13,7 +13,6 @@ from rigid.effects import AbstractEffect
 from rigid.parameters import scoped
 from rigid.rig import acting, build_rig
 from rigid.solve import inverse, release, slow, staggered
-from rigid.solve.delay import delayed
 from rigid.tracks import Track
 
 PUMP_ANGLE = "pump_angle"
@@ -56,11 +55,7 @@ class SlowGroup(AbstractGroup):
             out = slow.march(rig, contact, fractions, drives)
         else:
             out = staggered.march(rig, contact, fractions, drives, self._angles(values, contact))
-        return delayed(
-            {quantity: series[: self.samples] for quantity, series in out.items()},
-            rig.delays(),
-            self.tracks[0].interval,
-        )
+        return {quantity: series[: self.samples] for quantity, series in out.items()}
 
     def _angles(self, values: Mapping[str, Array], like: Array) -> Array:
         """Angles of the pump (tracks, walkers) [rad], 0 where nothing beats."""

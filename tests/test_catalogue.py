@@ -20,7 +20,6 @@ from rigid.effects.base import MOTION, PriorDescription, State
 from rigid.rig import Surroundings
 from rigid.sensors import readings
 from rigid.solve import full, slow, staggered
-from rigid.solve.delay import delayed
 from rigid.solve.rest import rest_under
 
 # What can be missing, and in which equation: part of what scripts may rely on.
@@ -127,8 +126,7 @@ def simulated(values, names, kind, steady) -> dict[str, np.ndarray]:
     rig = rig_of(values, names, walkers=True)
     levels = jnp.asarray(fractions)[:, None, None]
     out = marched(rig, jnp.asarray([contact]), levels, record, steady)
-    late = delayed(out, rig.delays(), record.interval)
-    return {q: np.asarray(series[: record.samples, 0, 0]) for q, series in late.items()}
+    return {q: np.asarray(series[: record.samples, 0, 0]) for q, series in out.items()}
 
 
 @lru_cache

@@ -60,8 +60,9 @@ class Plan:
 
     @property
     def after(self) -> np.ndarray:
-        """Flow fraction after the switch inside each step; any where there is none."""
-        return np.concatenate([[0], self.kink_level]).astype(int)[self.kink]
+        """Flow fraction where each step ends: after the switch inside it, where there is one."""
+        switched = np.concatenate([[0], self.kink_level]).astype(int)[self.kink]
+        return np.where(self.kink > 0, switched, self.levels)
 
     def within(self, parts: int) -> tuple[np.ndarray, np.ndarray]:
         """Return which part of its step each switch falls in, and the time [s] to that part's end.

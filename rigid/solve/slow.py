@@ -17,8 +17,8 @@ import numpy as np
 from jax import Array
 
 from rigid.rig import Rig, Surroundings
-from rigid.sensors import readings
 from rigid.solve.bend import STEEP, Flow, bends, flow_at, mean_excess
+from rigid.solve.delay import in_motion, on_record, stepped, with_late
 from rigid.solve.drive import STRIDE, Drive, Plan, plan
 from rigid.solve.rest import rest_under
 from rigid.solve.strokes import Strokes, foreseen
@@ -27,8 +27,6 @@ from rigid.solve.tables import FINER, PARTS, Tables, bulge, tables
 SMOOTH = (1.0, 5e-7, 100.0)
 """Load [N], stroke [m] and pressure [Pa], some hundredths of a tenth of the sensors' steps: a rig
 rings as long as it moves by more within a block than a cubic through the ends."""
-
-READ = ("load", "stroke", "pressure")
 
 
 class _Way(NamedTuple):
@@ -81,7 +79,8 @@ def march(
     - `fractions` (levels, tracks, walkers): flow fractions; level 0 is the shut valve.
     - `drives`: of the group.
 
-    Returns load [N], stroke [m] and pressure [Pa] at every sample, (samples, tracks, walkers).
+    Returns load [N], stroke [m] and pressure [Pa] on record at every sample, (samples, tracks,
+    walkers).
     """
     grid, strokes = plan(drives), foreseen(rig, contact, fractions, drives)
     table = tables(rig, Surroundings(contact), grid, strokes)
@@ -108,9 +107,9 @@ def march(
     near, parts = _blocks(grid)
     (flat, _), series = jax.lax.scan(block, (flat, jnp.asarray(False)), (near, parts))
     end = way.outside(parts.level[-1, -1], parts.begin[-1, -1] + grid.interval)
-    last = jnp.stack(readings(rig, flat, end)[:3])
-    series = jnp.concatenate([series.reshape(-1, *series.shape[2:]), last[None]])
-    return {name: series[: grid.samples, i] for i, name in enumerate(READ)}
+    series = series.reshape(-1, *series.shape[2:])
+    out = on_record(rig, series, (flat, end), grid.interval)
+    return {name: one[: grid.samples] for name, one in out.items()}
 
 
 def _blocks(grid: Plan) -> tuple[Array, _Part]:
@@ -127,7 +126,7 @@ def _blocks(grid: Plan) -> tuple[Array, _Part]:
     parts = _Part(
         cut(grid.levels, "edge"),
         cut(grid.kink, "constant"),
-        cut(grid.after, "constant"),
+        cut(grid.after, "edge"),
         jnp.asarray(begin.reshape(-1, STRIDE)),
     )
     return jnp.any(cut(grid.near, "constant"), axis=1), parts
@@ -164,17 +163,6 @@ def _led(way: _Way, flat: Array, rates: Array, stroke: Array, length: int) -> tu
     return new, columns[4]
 
 
-def _read(way: _Way, flat: Array, outside: Surroundings) -> tuple[Array, Array]:
-    """Readings (3, tracks, walkers) and how fast they change."""
-    rates = way.rates(flat, outside, way.rig.column + flat[2] - flat[0])
-    shape = flat.shape[1:]
-
-    def seen(y: Array) -> Array:
-        return jnp.stack([jnp.broadcast_to(r, shape) for r in readings(way.rig, y, outside)[:3]])
-
-    return jax.jvp(seen, (flat,), (rates,))
-
-
 def _between(way: _Way, first: tuple[Array, Array], last: tuple[Array, Array]) -> Array:
     """Cubic through readings at the ends of a block, (STRIDE, 3, tracks, walkers).
 
@@ -190,6 +178,19 @@ def _between(way: _Way, first: tuple[Array, Array], last: tuple[Array, Array]) -
     return first[0] + u * chord + jax.lax.stop_gradient(bow)
 
 
+def _rates_between(
+    way: _Way, first: tuple[Array, Array], last: tuple[Array, Array], ends: bool
+) -> Array:
+    """Rates of change of the cubic of `_between`, (STRIDE, 3, tracks, walkers).
+
+    - `ends`: where steps between samples end, not where they begin.
+    """
+    u = ((jnp.arange(STRIDE) + ends) / STRIDE).reshape(-1, 1, 1, 1)
+    steady = (last[0] - first[0]) / (STRIDE * way.interval)
+    more = (1 - u) * (1 - 3 * u) * (first[1] - steady) + u * (3 * u - 2) * (last[1] - steady)
+    return steady + jax.lax.stop_gradient(more)
+
+
 def _at_once(way: _Way, flat: Array, parts: _Part) -> tuple[Array, Array, Array]:
     """One step over a block: its end, that nothing rings, and readings at its samples."""
     length = STRIDE * way.interval
@@ -197,7 +198,9 @@ def _at_once(way: _Way, flat: Array, parts: _Part) -> tuple[Array, Array, Array]
     outside = way.outside(parts.level[0], parts.begin[0] + 0.5 * length)
     rates = way.rates(flat, outside, way.rig.column + stroke)
     new, _ = _led(way, flat, rates, stroke, 3)
-    series = _between(way, _read(way, flat, outside), _read(way, new, outside))
+    ends = in_motion(way.rig, flat, outside), in_motion(way.rig, new, outside)
+    rates = (_rates_between(way, *ends, end) for end in (False, True))
+    series = with_late(way.rig, _between(way, *ends), *rates)
     return new, jnp.asarray(False), series
 
 
@@ -206,15 +209,15 @@ def _by_samples(way: _Way, flat: Array, parts: _Part, bends: Array) -> tuple[Arr
 
     def one(flat: Array, part: _Part) -> tuple[Array, Array]:
         outside = way.outside(part.level, part.begin + 0.5 * way.interval)
-        read = jnp.stack(
-            [jnp.broadcast_to(r, flat.shape[1:]) for r in readings(way.rig, flat, outside)[:3]]
-        )
-        return _sample(way, flat, part, bends), read
+        new = _sample(way, flat, part, bends)
+        end = way.outside(part.after, part.begin + way.interval)
+        return new, stepped(way.rig, (flat, outside), (new, end))
 
     new, series = jax.lax.scan(one, flat, parts)
-    first = _read(way, flat, way.outside(parts.level[0], parts.begin[0]))
-    last = _read(way, new, way.outside(parts.level[-1], parts.begin[-1] + way.interval))
-    off = jnp.abs(series - _between(way, first, last))
+    first = in_motion(way.rig, flat, way.outside(parts.level[0], parts.begin[0]))
+    end = way.outside(parts.level[-1], parts.begin[-1] + way.interval)
+    last = in_motion(way.rig, new, end)
+    off = jnp.abs(series[:, : len(SMOOTH)] - _between(way, first, last))
     return new, jnp.any(off > jnp.asarray(SMOOTH)[:, None, None]), series
 
 

@@ -22,7 +22,7 @@ import numpy as np
 from jax import Array
 
 from rigid.rig import CORE_SCALES, FREE, Rig, Surroundings
-from rigid.sensors import readings
+from rigid.solve.delay import on_record, stepped
 from rigid.solve.drive import Drive, Plan, plan
 from rigid.solve.exponential import apply, mean_growth, step_matrix
 from rigid.solve.release import NODE
@@ -100,28 +100,28 @@ def march(
         for d in drives
     )
     grid = plan(fine)
-    advance = _advancer(
-        rig, contact, (fractions, angles), grid, foreseen(rig, contact, fractions, drives)
-    )
-    samples = (grid.samples - 1) // parts
+    strokes = foreseen(rig, contact, fractions, drives)
+    advance = _advancer(rig, contact, (fractions, angles), grid, strokes)
     track = jnp.arange(fractions.shape[1])
 
     def sample(flat: Array, part: tuple[Array, ...]) -> tuple[Array, Array]:
         here = Surroundings(contact, 0.0, fractions[part[0][0], track], part[3][0], angles)
-        return jax.lax.scan(advance, flat, part)[0], jnp.stack(readings(rig, flat, here)[:3])
+        new = jax.lax.scan(advance, flat, part)[0]
+        end = part[3][-1] + grid.interval
+        there = here._replace(flow_fraction=fractions[part[2][-1], track], time=end)
+        return new, stepped(rig, (flat, here), (new, there))
 
     begin = np.arange(grid.samples - 1) * grid.interval
     cut = tuple(
-        jnp.asarray(a).reshape(samples, parts, *a.shape[1:])
+        jnp.asarray(a).reshape(-1, parts, *a.shape[1:])
         for a in (grid.levels, grid.kink, grid.after, begin)
     )
     shape = (len(rig.scales), *fractions.shape[1:])
     start = jnp.broadcast_to(rest_under(rig, 0.0, contact)[:, None], shape)
     last, series = jax.lax.scan(sample, start, cut)
-    length = (grid.samples - 1) * grid.interval
-    end = Surroundings(contact, 0.0, fractions[grid.levels[-1], track], length, angles)
-    series = jnp.concatenate([series, jnp.stack(readings(rig, last, end)[:3])[None]])
-    return {name: series[:, i] for i, name in enumerate(("load", "stroke", "pressure"))}
+    flows, length = fractions[grid.levels[-1], track], (grid.samples - 1) * grid.interval
+    end = Surroundings(contact, 0.0, flows, length, angles)
+    return on_record(rig, series, (last, end), parts * grid.interval)
 
 
 class Table(NamedTuple):

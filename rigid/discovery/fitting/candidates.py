@@ -2,8 +2,13 @@
 
 import dataclasses
 from collections.abc import Iterable, Mapping
+from typing import ClassVar
 
+import jax.numpy as jnp
 import numpy as np
+from jax import Array
+from jax.scipy.special import ndtr, ndtri
+from jax.typing import ArrayLike
 from scipy.stats import norm, qmc
 
 from rigid.effects import AbstractEffect, ParameterInfo
@@ -25,7 +30,8 @@ class Candidate:
 
     - `effect`. - `amplitude`: label of the parameter that brings it in, `absent`: its value there.
     - `law`: prior of the amplitude. - `shape`: values of the effect's other parameters, the
-      amplitudes where they are absent. - `only`: the record it is confined to, "record,cylinder".
+      amplitudes where they are absent or a hair beside. - `only`: the record it is confined to,
+      "record,cylinder".
     - `level`: amplitude up to which the records are compared, for effects that do not grow in
       proportion; the amplitude is then counted in units of it. None: the slope at absence.
     - `log_share`: log of the share of the shape's prior that it stands for.
@@ -59,9 +65,39 @@ BETWEEN = make_law("lognormal", {"median": 1.0, "factor": 1.7}, "units of a leve
 """Prior of an amplitude in units of its level."""
 
 
+HAIR = 1e-9
+"""Share of an amplitude's prior by which a slope is taken beside absence."""
+
+
+class Side(AbstractLaw):
+    """The part of a law above (`sign` 1) or below (-1) its median."""
+
+    law: AbstractLaw
+    sign: float
+    name: ClassVar[str] = "side"
+
+    def from_standard(self, z: ArrayLike) -> Array:
+        """Map to the quantiles of that half; with growing z away from the median."""
+        return self.law.from_standard(-self.sign * ndtri(0.5 * ndtr(-jnp.asarray(z))))
+
+
+def _sides(law: AbstractLaw, absent: float) -> list[tuple[AbstractLaw, float]]:
+    """Laws of an amplitude on either side of its absence, and a value a hair beside that."""
+    hair = HAIR * float(law.from_standard(1.0) - law.from_standard(-1.0))
+    off = float(law.from_standard(0.0)) - absent
+    if off != 0.0:
+        return [(law, absent + float(np.copysign(hair, off)))]
+    return [(Side(law, sign), absent + sign * hair) for sign in (1.0, -1.0)]
+
+
 def _proportional(effect: type[AbstractEffect], law: AbstractLaw) -> bool:
     """Whether the records change in proportion to a small amplitude, as far as its prior goes."""
     return effect.steady or bool(effect.scales) or not isinstance(law, Lognormal)
+
+
+def _late(effect: type[AbstractEffect]) -> bool:
+    """Whether time stamps lag: where the valve switches at a sample, late is not minus early."""
+    return effect.delays is not AbstractEffect.delays
 
 
 def candidates(
@@ -87,6 +123,12 @@ def candidates(
             absent = float(info.absent or 0.0)
             for setting in settings:
                 shape = _shape(laws, dict(zip(free, setting, strict=True)))
+                if _late(effect):
+                    found += [
+                        Candidate(effect, label, absent, side, shape | {label: beside})
+                        for side, beside in _sides(law, absent)
+                    ]
+                    continue
                 if free or _proportional(effect, law):
                     found.append(Candidate(effect, label, absent, law, shape))
                     continue

@@ -1,0 +1,67 @@
+"""Time stamps that lag, against records sampled at the instants that were meant."""
+
+import dataclasses
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from rigs import BASE, NOMINAL, drive, rig_of
+from scipy.stats import norm
+
+from rigid.discovery.fitting.candidates import candidates, laws_of
+from rigid.effects import CATALOGUE
+from rigid.priors import Normal
+from rigid.solve import slow, staggered
+
+PSI = 6894.757
+FINE = 16
+"""Of these parts of a sampling interval a delay is a whole number."""
+RECORDS = {
+    "frame": (drive(90, (0.053, 0.503), (0, 1, 0)), NOMINAL["k_frame"], (0.0, 0.1)),
+    "free-run": (drive(90, (0.053, 0.303, 0.6), (0, 1, 0, 2)), 0.0, (0.0, 0.2, -0.2)),
+}
+
+
+def pressure(march, record, kind: str, delay: float | None) -> np.ndarray:
+    names = BASE if delay is None else (*BASE, "clock-offset")
+    more = {} if delay is None else {"pressure_delay": delay}
+    rig = rig_of(NOMINAL | more, names, walkers=True)
+    _, contact, fractions = RECORDS[kind]
+    levels = jnp.asarray(fractions)[:, None, None]
+    out = eqx.filter_jit(march)(rig, jnp.asarray([contact]), levels, (record,))
+    return np.asarray(out["pressure"])[: record.samples, 0, 0]
+
+
+@pytest.mark.parametrize("kind", RECORDS)
+@pytest.mark.parametrize("march", [slow.march, staggered.march])
+def test_a_delay_shorter_than_a_sample_moves_no_jump(march, kind: str):
+    """Spread over its sample, a jump of 4 bar by a sixteenth of it would be off by 3 psi."""
+    record = RECORDS[kind][0]
+    fine = dataclasses.replace(
+        record, interval=record.interval / FINE, samples=(record.samples - 1) * FINE + 1
+    )
+    exact = pressure(slow.march, fine, kind, None)
+    place = FINE * np.arange(1, record.samples - 1)
+    assert np.ptp(exact) > 20 * PSI
+    for parts in (-1, 1, 4 * FINE):
+        got = pressure(march, record, kind, parts * record.interval / FINE)
+        meant = exact[np.clip(place - parts, 0, None)]
+        assert np.abs(got[1:-1] - meant).max() < 0.5 * PSI
+
+
+def test_late_and_early_are_candidates_of_their_own():
+    """Where the valve switches at a sample, what a delay leaves is not minus what a lead leaves."""
+    clock = CATALOGUE["clock-offset"]
+    late, early = candidates((clock,), 1)
+    law = laws_of(clock, {})["pressure_delay"][1]
+    z = np.linspace(-3.0, 3.0, 25)
+    for one, sign in ((late, 1.0), (early, -1.0)):
+        assert np.sign(one.shape["pressure_delay"]) == sign
+        assert abs(one.shape["pressure_delay"]) < 1e-8
+        # each half of the prior, once: P(side < x) = P(|d| < x)
+        expected = law.from_standard(norm.ppf(0.5 + 0.5 * norm.cdf(z)))
+        np.testing.assert_allclose(sign * one.law.from_standard(z), expected, rtol=1e-9)
+    [shifted] = candidates((clock,), 1, {"pressure_delay": Normal(-0.01, 0.002)})
+    assert shifted.shape["pressure_delay"] < 0.0
+    assert isinstance(shifted.law, Normal)
