@@ -12,6 +12,7 @@ from scipy.stats import norm
 from rigid.discovery.fitting.candidates import candidates, laws_of
 from rigid.effects import CATALOGUE
 from rigid.priors import Normal
+from rigid.rig import Rig
 from rigid.solve import slow, staggered
 
 PSI = 6894.757
@@ -48,6 +49,13 @@ def test_a_delay_shorter_than_a_sample_moves_no_jump(march, kind: str):
         got = pressure(march, record, kind, parts * record.interval / FINE)
         meant = exact[np.clip(place - parts, 0, None)]
         assert np.abs(got[1:-1] - meant).max() < 0.5 * PSI
+
+
+def test_what_no_slow_record_reads_may_lag_as_well(monkeypatch):
+    monkeypatch.setattr(Rig, "delays", lambda _: {"acceleration": jnp.asarray([1e-3])})
+    got = pressure(slow.march, RECORDS["frame"][0], "frame", None)
+    monkeypatch.undo()
+    np.testing.assert_allclose(got, pressure(slow.march, RECORDS["frame"][0], "frame", None))
 
 
 def test_late_and_early_are_candidates_of_their_own():

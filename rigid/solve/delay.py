@@ -18,7 +18,8 @@ READ = ("load", "stroke", "pressure")
 
 def late(rig: Rig) -> tuple[int, ...]:
     """Places in READ of what has time stamps that lag."""
-    return tuple(READ.index(quantity) for quantity in rig.delays())
+    lags = rig.delays()  # of an effect of one's own perhaps what no slow record reads
+    return tuple(i for i, quantity in enumerate(READ) if quantity in lags)
 
 
 def in_motion(rig: Rig, flat: Array, outside: Surroundings) -> tuple[Array, Array]:

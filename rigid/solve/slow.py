@@ -199,8 +199,8 @@ def _at_once(way: _Way, flat: Array, parts: _Part) -> tuple[Array, Array, Array]
     rates = way.rates(flat, outside, way.rig.column + stroke)
     new, _ = _led(way, flat, rates, stroke, 3)
     ends = in_motion(way.rig, flat, outside), in_motion(way.rig, new, outside)
-    rates = (_rates_between(way, *ends, end) for end in (False, True))
-    series = with_late(way.rig, _between(way, *ends), *rates)
+    changing = (_rates_between(way, *ends, end) for end in (False, True))
+    series = with_late(way.rig, _between(way, *ends), *changing)
     return new, jnp.asarray(False), series
 
 

@@ -123,14 +123,12 @@ def candidates(
             absent = float(info.absent or 0.0)
             for setting in settings:
                 shape = _shape(laws, dict(zip(free, setting, strict=True)))
-                if _late(effect):
+                if free or _proportional(effect, law):
+                    sides = _sides(law, absent) if _late(effect) else [(law, absent)]
                     found += [
                         Candidate(effect, label, absent, side, shape | {label: beside})
-                        for side, beside in _sides(law, absent)
+                        for side, beside in sides
                     ]
-                    continue
-                if free or _proportional(effect, law):
-                    found.append(Candidate(effect, label, absent, law, shape))
                     continue
                 levels = [float(law.from_standard(z)) - absent for z in LEVELS]
                 found += [Candidate(effect, label, absent, BETWEEN, shape, level=v) for v in levels]
