@@ -77,7 +77,8 @@ def probes(values, effect: type[AbstractEffect]) -> tuple[jnp.ndarray, Surroundi
     an event."""
     begin = values.get("event_start", 1.0)
     times = (1.0, begin, begin + values.get("event_duration", 1.0))
-    pressures = (None, values["p_max"], values.get("p_stage"))
+    stage = values.get("p_stage")  # in the middle of a switch its width does not show
+    pressures = (None, values["p_max"], stage, stage and stage + values["stage_width"])
     creep = values.get("v_stribeck", 1e-3)
     flats = [
         flat if pressure is None else flat.at[4].set(pressure)
@@ -87,6 +88,17 @@ def probes(values, effect: type[AbstractEffect]) -> tuple[jnp.ndarray, Surroundi
     ]
     stacked = jnp.stack(flats * len(times), axis=1)
     return stacked, OUTSIDE._replace(time=jnp.repeat(jnp.asarray(times), len(flats)))
+
+
+@pytest.mark.parametrize("name", ["pump-stage-switch", "pump-ripple"])
+def test_what_flows_to_the_tank_passes_no_pump(name: str):
+    values = typical(CATALOGUE[name]) | {"p_stage": 0.0}
+    for share, felt in ((0.4, True), (0.0, False), (-0.4, False)):
+        outside = OUTSIDE._replace(flow_fraction=share)
+        for flat in flat_states(CATALOGUE[name])[:2]:
+            got = told(values, with_it(name), flat, outside)
+            expected = told(values, without(name), flat, outside)
+            assert np.any(np.abs(got - expected) > 1e-6 * np.abs(expected)) == felt
 
 
 def changes_nothing_where_absent(effect: type[AbstractEffect]):

@@ -7,6 +7,7 @@ import pytest
 
 from rigid.discovery.fitting.candidates import onsets
 from rigid.discovery.judging import places_of
+from rigid.discovery.refit import worth_refitting
 from rigid.discovery.telling.output import with_laws
 from rigid.effects import CATALOGUE
 from rigid.priors import make_law
@@ -15,8 +16,33 @@ STAGE = CATALOGUE["pump-stage-switch"]
 TOP = 550e5
 
 
-def test_pressures_stand_close_where_records_just_reach_them():
+def of_one_width(found):
+    return [one for one in found if one.shape["stage_width"] == found[0].shape["stage_width"]]
+
+
+def test_every_pressure_is_tried_with_widths_of_the_whole_prior():
     found = onsets(STAGE, TOP)
+    widths = np.unique([one.shape["stage_width"] for one in found])
+    assert len(widths) == 3
+    assert len(found) == 3 * len(of_one_width(found))
+    # Thirds of the prior, whose median is the paper's 1/(0.05 per bar) and which is a factor wide.
+    assert widths[1] == pytest.approx(20e5)
+    assert widths[2] / widths[1] == pytest.approx(widths[1] / widths[0])
+    assert 1.8 < widths[1] / widths[0] < 2.1
+    sharp = make_law("fixed", {"value": 5e5}, "here")
+    assert {one.shape["stage_width"] for one in onsets(STAGE, TOP, {"stage_width": sharp})} == {5e5}
+
+
+def test_rivals_of_the_best_are_fitted_before_what_is_worth_nothing_alone():
+    names = ("event", "ripple", "plate", "spring", "stage", "x")
+    evidence = dict(zip(names, (31.0, 30.5, 30.0, 29.0, 25.0, 9.0), strict=True))
+    alone = dict(zip(names, (31.0, -2.6, -0.2, -1.0, 25.0, 9.0), strict=True))
+    assert worth_refitting(evidence, alone) == ["event", "stage", "ripple"]
+    assert worth_refitting(dict.fromkeys(evidence, -1.0), alone) == []
+
+
+def test_pressures_stand_close_where_records_just_reach_them():
+    found = of_one_width(onsets(STAGE, TOP))
     pressures = np.array([one.shape["p_stage"] for one in found])
     assert pressures[0] > TOP + 30e5, "there the trace of tanh(0.05 p/bar) is a twentieth"
     assert pressures[-1] < 200e5
@@ -29,7 +55,7 @@ def test_pressures_stand_close_where_records_just_reach_them():
 
 
 def test_pressures_count_for_their_share_of_the_prior():
-    found = onsets(STAGE, TOP)
+    found = of_one_width(onsets(STAGE, TOP))
     shares = np.exp([one.log_share for one in found])
     assert shares.mean() == pytest.approx(1.0)
     pressures = np.array([one.shape["p_stage"] for one in found])

@@ -34,11 +34,17 @@ class Refit:
     log_bayes: float
 
 
-def worth_refitting(evidence: Mapping[str, float]) -> list[str]:
-    """Names of the effects to fit in full, the best first; `evidence`: log Bayes factors."""
-    ranked = sorted(evidence, key=lambda name: -evidence[name])
-    best = evidence[ranked[0]] if ranked else 0.0
-    return [n for n in ranked[:MOST] if evidence[n] > max(best - WITHIN, 0.0)]
+def worth_refitting(evidence: Mapping[str, float], alone: Mapping[str, float]) -> list[str]:
+    """Names of the effects to fit in full, the best first.
+
+    - `evidence`: what speaks for each, alone or with another; `alone`: alone; log Bayes factors.
+
+    One that is worth something only beside another comes last: a fit of it alone tells little, and
+    must not take the place of a rival of the best.
+    """
+    least = max(max(evidence.values(), default=0.0) - WITHIN, 0.0)
+    near = [name for name in evidence if evidence[name] > least]
+    return sorted(near, key=lambda name: (alone[name] <= 0.0, -evidence[name]))[:MOST]
 
 
 def refit(

@@ -181,7 +181,7 @@ def _fitted_in_full(
         fitted = {name: one.log_bayes for name, one in refits.items()}
         return odds(found, changed(found, fitted), both)
 
-    for name in worth_refitting(said().evidence):
+    for name in worth_refitting(said().evidence, found.effects):
         if not _twins(found, refits, name):
             refits[name] = refit(local, bench.programs, found, name, report)
     now = said()

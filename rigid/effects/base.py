@@ -164,6 +164,11 @@ class State(NamedTuple):
         """Speed of the plunger relative to the cylinder [m/s], v_SS."""
         return self.v_plunger - self.v_cylinder
 
+    @property
+    def pumped(self) -> Array:
+        """1 where the pump's oil comes in, 0 where the valve is shut or leads to the tank."""
+        return jnp.where(jnp.asarray(self.flow_fraction) > 0.0, 1.0, 0.0)
+
 
 class Action(NamedTuple):
     """What an effect does; what it leaves out it does not touch.

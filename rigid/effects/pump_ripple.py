@@ -25,7 +25,7 @@ class PumpRipple(AbstractEffect):
 
     Signature: with the valve open, a line at f in pressure and load, an amplitude a kappa q_fast /
     (2 pi f) of oil over the rig's compliance in a frame, mu a v/S in a free run; none with the
-    valve shut. The stroke follows below its step.
+    valve shut, nor on the way to the tank, which passes no pump. The stroke follows below its step.
     Siblings: none in a frame; in a free run an oscillation of the rig itself (which dies out).
     A line above half the sampling frequency appears at its alias.
     """
@@ -44,4 +44,4 @@ class PumpRipple(AbstractEffect):
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the periodic part of the flow."""
         beat = jnp.sin(2.0 * jnp.pi * self.frequency * state.time + state.pump_angle)
-        return Action(inflow=self.amplitude * (MEAN_FLOW + HALF_DROP) * beat)
+        return Action(inflow=self.amplitude * (MEAN_FLOW + HALF_DROP) * beat * state.pumped)

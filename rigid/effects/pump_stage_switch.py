@@ -9,6 +9,7 @@ from rigid.effects.base import (
     AbstractEffect,
     Action,
     State,
+    lognormal,
     parameter,
     truncated_normal,
     uniform,
@@ -17,15 +18,16 @@ from rigid.effects.pump_curve import HALF_DROP, STEEPNESS
 
 
 class PumpStageSwitch(AbstractEffect):
-    """q loses d (q_fast - q_slow) (1 + tanh(b (p - p_s)))/2: the slow stage from p_s on.
+    """q loses d (q_fast - q_slow) (1 + tanh((p - p_s)/w))/2: the slow stage from p_s on.
 
-    q_fast - q_slow = 9.93 l/min and b = 0.05 per bar are those of eq. (22), to which it is added;
-    d is the share of the paper's drop, 1 within some percent. It is meant for p_s below p_max and
-    pressures below p_max: beyond, eq. (22) would fall a second time.
+    q_fast - q_slow = 9.93 l/min is that of eq. (22), to which it is added; d is the share of the
+    paper's drop, 1 within some percent. The paper has w = 20 bar (0.05 per bar) and says not where
+    from; records that just reach p_s see the foot of the switch alone, whose slope is that of w:
+    it counts as known to a factor of two. It is meant for p_s below p_max and pressures below
+    p_max: beyond, eq. (22) would fall a second time. What flows to the tank passes no pump.
 
     Signature: at one pressure, the same in every record, the rise of load, stroke and pressure
-    breaks to a seventh of its speed; nothing happens in a hold; on unloading the break comes back
-    only with the pump running.
+    breaks to a seventh of its speed; nothing happens in a hold or on unloading.
     Siblings: load-cell stiffening (-0.91), piston leakage, a valve event (which stands at one time,
     not at one pressure), kappa where a record stays on one side of p_s.
     """
@@ -34,18 +36,19 @@ class PumpStageSwitch(AbstractEffect):
         "stage_drop", r"d_\mathrm{s}", "1", truncated_normal(1.0, 0.05, 0.0, 1.15), absent=0.0
     )
     pressure: Array = parameter("p_stage", r"p_\mathrm{s}", "Pa", uniform(100e5, 700e5))
+    width: Array = parameter("stage_width", r"w_\mathrm{s}", "Pa", lognormal(1.0 / STEEPNESS, 2.0))
 
     name: ClassVar[str] = "pump-stage-switch"
     equation: ClassVar[str] = "pump"
     source: ClassVar[str] = (
         "paper, Construction of the hydraulic rig: the fast stage serves loads below 60 kN a "
         "cylinder, 136 bar, where eq. (22) has 700 bar (the prior: anything between); flows and "
-        "steepness of eq. (22)"
+        "width of eq. (22)"
     )
     kinds: ClassVar[tuple[str, ...] | None] = ("frame", "free-run", "field")
     threshold: ClassVar[str | None] = "p_stage"
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the flow that the slow stage lacks."""
-        above = 1.0 + jnp.tanh(STEEPNESS * (state.pressure - self.pressure))
-        return Action(inflow=-self.drop * HALF_DROP * above)
+        above = 1.0 + jnp.tanh((state.pressure - self.pressure) / self.width)
+        return Action(inflow=-self.drop * HALF_DROP * above * state.pumped)

@@ -23,6 +23,10 @@ before weak effects had a place in their priors and a fit that stalls renewed it
 before what traces take from noise was given back and sensors could answer to other quantities,
 those from 950_000 on before a ripple could be in all records and a pump change its stage where
 records just reach it."""
+MENDED, ANEW = ("pump-stage-switch", "pump-ripple", "clock-offset"), 2_000
+"""Effects that were put right when half of the campaigns had been run: a pump that acted on what
+flows to the tank, a switch of unknown sharpness, a late pressure that lost its jumps. Every
+campaign that hides one, whatever had been said of it, was dropped and has a new seed, so far on."""
 CLOCK = 1
 IN_BASE = "frequency-dependent-friction"
 """In the model of calibration.toml from the start, so that it cannot be missing there."""
@@ -54,7 +58,7 @@ class Case(NamedTuple):
     @property
     def seed(self) -> int:
         """One seed a campaign."""
-        return FIRST_SEED + self.number
+        return FIRST_SEED + self.number + ANEW * bool(set(self.hide) & set(MENDED))
 
 
 def cases(size: str) -> list[Case]:

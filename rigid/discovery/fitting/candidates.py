@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Iterable, Mapping
+from itertools import product
 from typing import ClassVar
 
 import jax.numpy as jnp
@@ -18,6 +19,8 @@ from rigid.tracks import Track
 EVENT = "valve-event"
 EVENT_SPACING = 0.5
 """Seconds between the instants at which an event of a valve is looked for."""
+THIRDS = norm.ppf([1.0 / 6.0, 0.5, 5.0 / 6.0])
+"""Midpoints of the three thirds of a prior, on the standard normal scale."""
 ABOVE, CLOSE = 40e5, 7e5
 """Pressures [Pa] at which an effect may set in are tried from so far above what the records reach
 to so far below, so close to each other; further below, at growing distances."""
@@ -161,7 +164,8 @@ def onsets(
     """List pressures at which an effect of known size may set in, from above all records down.
 
     What it leaves grows from nothing to all within some tens of bar, where records just reach it:
-    there they stand close. - `top`: greatest pressure in the records [Pa].
+    there they stand close. Each of its other parameters stands at three places of its prior.
+    - `top`: greatest pressure in the records [Pa].
     """
     laws = laws_of(effect, given or {})
     assert effect.threshold is not None  # the caller asks
@@ -179,11 +183,16 @@ def onsets(
     inside = np.flatnonzero(mass > 0.0)
     shares = np.log(mass[inside] * len(inside) / mass[inside].sum())
     level = float(size.from_standard(0.0)) - absent
+    own = [n for n in laws if n not in (amplitude, effect.threshold) and not laws[n][1].known]
+    shapes = [
+        _shape(laws, dict(zip(own, at, strict=True))) for at in product(THIRDS, repeat=len(own))
+    ]
     return tuple(
         Candidate(
-            effect, amplitude, absent, BETWEEN, _shape(laws, {}) | {effect.threshold: places[i]},
+            effect, amplitude, absent, BETWEEN, shape | {effect.threshold: places[i]},
             level=level, log_share=float(share),
         )
+        for shape in shapes
         for i, share in zip(inside, shares, strict=True)
     )  # fmt: skip
 
