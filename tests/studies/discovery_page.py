@@ -146,12 +146,16 @@ def _names(rows: Sequence[Row], known: Known) -> str:
     strong = [row for row in of(rows, "single") if row["case"]["strength"] >= 5.0]
     told = [row for row in strong if apart(row, known, NAMES)]
     alike = [row for row in strong if not apart(row, known, NAMES)]
+    aliased = of(rows, "aliased")
     lines = [
-        f"| can be told apart: right name first | "
-        f"{share(told, lambda row: statement(row['answer']) in true_names(row))} |",
+        f"| can be told apart: right name first | {share(told, _rightly)} |",
         f"| cannot: `indistinguishable`, the true one among them | {share(alike, within)} |",
-        f"| aliased records: the same | {share(of(rows, 'aliased'), within)} |",
-        f"| uneven records: right name first or the same | "
+        f"| cannot: the same, or the right name alone | {share(alike, _named_or_within)} |",
+        "| aliased records: `indistinguishable`, the true one among them | "
+        f"{share(aliased, within)} |",
+        f"| aliased records: the same, or the right name alone | "
+        f"{share(aliased, _named_or_within)} |",
+        f"| uneven records: the same, or the right name first | "
         f"{share(of(rows, 'uneven'), _named_or_within)} |",
     ]
     return (
@@ -161,8 +165,12 @@ def _names(rows: Sequence[Row], known: Known) -> str:
     )
 
 
+def _rightly(row: Row) -> bool:
+    return statement(row["answer"]) in true_names(row)
+
+
 def _named_or_within(row: Row) -> bool:
-    return statement(row["answer"]) in true_names(row) or within(row)
+    return _rightly(row) or within(row)
 
 
 def _open(rows: Sequence[Row], known: Known) -> str:
