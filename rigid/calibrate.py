@@ -13,6 +13,7 @@ from tqdm import tqdm
 
 from rigid import __version__
 from rigid.adaptation import LEAST_WEIGHT, adapted
+from rigid.approach import beginnings, steady_part, with_ease
 from rigid.catalogue import marks
 from rigid.chart import Chart, chart_of
 from rigid.checkpoint import Checkpoint
@@ -25,7 +26,7 @@ from rigid.problem import Problem, log_density, log_posterior, walkers
 from rigid.proposal import MixtureProposal, ModeWeights, mode_weights
 from rigid.records.record import Record
 from rigid.sample import Draws, Settings, Status, sample
-from rigid.search import Found, compile_programs, search
+from rigid.search import Found, compile_programs, search_from
 from rigid.searched import Searched, load, save
 from rigid.spec import Spec
 
@@ -115,7 +116,7 @@ def calibrate(
     mark = fingerprint(spec, records, seed) | marks(problem.effects) | walked
     known = load(folder, mark, problem) if options.resume else None
     if known is None:
-        known = _searched(spec, problem, seed, options)
+        known = _searched(spec, records, problem, seed, options)
         save(folder, mark, known)
     found, law, weights = known
     with Checkpoint(folder, mark, options.resume) as checkpoint:
@@ -123,11 +124,24 @@ def calibrate(
     return _told(found, weights, draws, records, (seed, compile_s))
 
 
-def _searched(spec: Spec, problem: Problem, seed: int, options: Options) -> Searched:
+def _searched(
+    spec: Spec, records: tuple[Record, ...], problem: Problem, seed: int, options: Options
+) -> Searched:
     """Search and weigh the modes, with a progress bar."""
-    with tqdm(total=spec.sampler.starts, disable=options.quiet, desc="starts") as bar:
-        found = search(problem, spec.sampler.starts, seed, lambda done: _advance(bar, done))
+    starts = spec.sampler.starts
+    begin = partial(beginnings, spec, records, problem, seed)
+    if steady_part(spec) is None:
+        first = begin()
+    else:
+        with _bar(with_ease(starts), options, "starts of the steady rig") as bar:
+            first = begin(lambda done: _advance(bar, done))
+    with _bar(int(first.counts.sum()), options, "starts") as bar:
+        found = search_from(problem, first.z, lambda done: _advance(bar, done), first.counts)
     return trusted(found, seed, lambda: say(options, REMADE))
+
+
+def _bar(total: int, options: Options, title: str) -> tqdm:
+    return tqdm(total=total, disable=options.quiet, desc=title)
 
 
 def trusted(found: Found, seed: int, remade: Callable[[], None] = lambda: None) -> Searched:

@@ -7,19 +7,17 @@ then noise levels and correlation times are brought up to date and the best opti
 
 import dataclasses
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
 
-import equinox as eqx
-import jax.numpy as jnp
 import numpy as np
-from jax import Array
 
-from rigid.correlation import Autoregression, autoregression
+from rigid.correlation import Autoregression
 from rigid.errors import InputError
 from rigid.newton import descend, is_noise, joined, split
-from rigid.noise import sample_law
-from rigid.problem import Problem, evaluate, in_batches, log_density, predict
+from rigid.problem import Problem, log_density
+from rigid.scores import score_correlation, weighted
 
 KEEP_WITHIN = 40.0
 """Optima that lie further below the best in log-posterior have a weight below 1e-17."""
@@ -67,10 +65,11 @@ class Found:
 
 def compile_programs(problem: Problem) -> None:
     """Have the two large programs of a fit compiled side by side; neither fills the cores alone."""
-    z, z_noise, zero = _starts(problem, 1, 0)
-    nowhere = np.full_like(joined(problem, z[0], zero), np.nan)  # the solver ends there at once
+    z_noise, zero = _centre(problem)
+    z = np.zeros(problem.parameters.size)
+    nowhere = np.full_like(joined(problem, z, zero), np.nan)  # the solver ends there at once
     with ThreadPoolExecutor() as pool:
-        density = pool.submit(log_density, problem, z)
+        density = pool.submit(log_density, problem, z[None])
         descend(problem, nowhere, z_noise)
         density.result()
 
@@ -85,7 +84,7 @@ def settled(
 
     Raises InputError where no start leads anywhere.
     """
-    first, z_noise, zero = _starts(problem, starts, seed)
+    first, (z_noise, zero) = prior_draws(problem, starts, seed), _centre(problem)
     ends: list[tuple[float, np.ndarray]] = []
     for done, z in enumerate(first, start=1):
         end, there = descend(problem, joined(problem, z, zero), z_noise)
@@ -104,11 +103,16 @@ def settled(
     return np.asarray(z), np.asarray(standard)
 
 
-def _starts(problem: Problem, starts: int, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Draws of the prior (starts, size), its centre first; noise levels, gains and zeros at 0."""
-    first = np.random.default_rng(seed).standard_normal((starts, problem.parameters.size))
-    first[0] = 0.0
-    return first, np.zeros(int(is_noise(problem).sum())), np.zeros((len(problem.sensors), 2))
+def prior_draws(problem: Problem, count: int, seed: int) -> np.ndarray:
+    """Draws of the prior (count, size), its centre first."""
+    drawn = np.random.default_rng(seed).standard_normal((count, problem.parameters.size))
+    drawn[0] = 0.0
+    return drawn
+
+
+def _centre(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
+    """Noise levels, and gains and zeros (sensors, 2), at the centre of their priors."""
+    return np.zeros(int(is_noise(problem).sum())), np.zeros((len(problem.sensors), 2))
 
 
 def search(
@@ -118,34 +122,47 @@ def search(
 
     - `report(done)` is called after each start.
     """
-    return search_from(problem, _starts(problem, starts, seed)[0], report)
+    return search_from(problem, prior_draws(problem, starts, seed), report)
 
 
 def search_from(
-    problem: Problem, first: np.ndarray, report: Callable[[int], None] = lambda _: None
+    problem: Problem,
+    first: np.ndarray,
+    report: Callable[[int], None] = lambda _: None,
+    counts: np.ndarray | None = None,
 ) -> Found:
-    """Find the modes of the posterior that points z (starts, size) lead to."""
-    _, z_noise, zero = _starts(problem, 1, 0)
+    """Find the modes of the posterior that points z (points, size) lead to.
+
+    - `counts` (points,): how many starts had led to each, one where left out.
+    """
+    z_noise, zero = _centre(problem)
 
     def run(z: np.ndarray) -> tuple[np.ndarray, float]:
         end, there = descend(problem, joined(problem, z, zero), z_noise)
         return end, float(there.value)
 
+    counts = np.ones(len(first), dtype=int) if counts is None else counts
     ends = [run(first[0])]
-    report(1)
+    report(int(counts[0]))
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
-        for done, outcome in enumerate(pool.map(run, first[1:]), start=2):
+        for outcome in pool.map(run, first[1:]):
             ends.append(outcome)
-            report(done)
+            report(int(counts[: len(ends)].sum()))
     levels = np.array([level if np.isfinite(level) else np.inf for _, level in ends])
-    return _refined(problem, [end for end, _ in ends], levels, z_noise)
+    reached = [End(end, n) for (end, _), n in zip(ends, counts.tolist(), strict=True)]
+    return _refined(problem, reached, levels, z_noise)
 
 
-def _refined(
-    problem: Problem, ends: list[np.ndarray], levels: np.ndarray, z_noise: np.ndarray
-) -> Found:
+class End(NamedTuple):
+    """Where a descent ended, and how many starts had led to its beginning."""
+
+    w: np.ndarray
+    starts: int
+
+
+def _refined(problem: Problem, ends: list[End], levels: np.ndarray, z_noise: np.ndarray) -> Found:
     """Bring noise and correlation up to date at the best end, then refine all good ends."""
-    best = ends[int(np.argmin(levels))]
+    best = ends[int(np.argmin(levels))].w
     plain = problem
     for _ in range(REFINEMENTS):
         z, standard = (np.asarray(part) for part in split(plain, best, z_noise))
@@ -154,17 +171,18 @@ def _refined(
         correlation = score_correlation(plain, z)
         problem = weighted(plain, correlation)
         best = descend(problem, joined(plain, z, standard), z_noise)[0]
-    good = [w for w, level in zip(ends, levels, strict=True) if np.isfinite(level)]
+    good = [end for end, level in zip(ends, levels, strict=True) if np.isfinite(level)]
     optima = [
         _optimum(problem, end, reached, known, z_noise)
-        for end, reached, known in _distinct(problem, [best, *good], z_noise)
+        for end, reached, known in _distinct(problem, [End(best, 0), *good], z_noise)
     ]
     optima.sort(key=lambda o: -o.log_posterior)
     kept = tuple(o for o in optima if o.log_posterior > optima[0].log_posterior - KEEP_WITHIN)
-    return Found(problem, kept, correlation, len(ends), levels)
+    every = np.repeat(levels, [end.starts for end in ends])
+    return Found(problem, kept, correlation, len(every), every)
 
 
-def _distinct(problem: Problem, ends: list[np.ndarray], z_noise: np.ndarray) -> list[list]:
+def _distinct(problem: Problem, ends: list[End], z_noise: np.ndarray) -> list[list]:
     """Refine the first end and all that are no copies of it, a core each.
 
     Returns end, number of starts that reached it and information, for each that is good enough.
@@ -174,19 +192,19 @@ def _distinct(problem: Problem, ends: list[np.ndarray], z_noise: np.ndarray) -> 
     with ThreadPoolExecutor(max_workers=cores) as pool:
         for begin in (0, *range(1, len(ends), cores)):
             some = ends[begin : begin + (cores if begin else 1)]
-            fresh = [w for w in some if _copy_of(found, w) is None]
-            refined = pool.map(lambda w: descend(problem, w, z_noise), fresh)
-            for w in some:
-                near = _copy_of(found, w)
-                if any(w is other for other in fresh):
-                    end, there = next(refined)
+            fresh = [end for end in some if _copy_of(found, end.w) is None]
+            refined = pool.map(lambda end: descend(problem, end.w, z_noise), fresh)
+            for end in some:
+                near = _copy_of(found, end.w)
+                if any(end is other for other in fresh):
+                    w, there = next(refined)
                     floor = min(floor, there.value)
-                    near = _copy_of(found, end)
+                    near = _copy_of(found, w)
                     if near is None and there.value < floor + KEEP_WITHIN:
-                        near = [end, 0, there.information]
+                        near = [w, 0, there.information]
                         found.append(near)
-                if near is not None and begin > 0:
-                    near[1] += 1
+                if near is not None:
+                    near[1] += end.starts
     return found
 
 
@@ -232,54 +250,6 @@ def fit_noise(problem: Problem, z: np.ndarray) -> np.ndarray:
         slope, bend = noise_curvature(problem, z)
         z[noise] += np.clip(slope / np.maximum(bend, 1.0), -1.0, 1.0)
     return z
-
-
-def scores(problem: Problem, z: np.ndarray) -> list[np.ndarray]:
-    """Slope of every sample's log-likelihood by its expected reading at z (size,), by piece."""
-    [(predictions, _)] = in_batches(predict, problem, z[None])
-    [(found, _)] = in_batches(evaluate, problem, z[None])
-    read = [{name: series[..., :1] for name, series in group.items()} for group in predictions]
-    sensors = {label: law[:2, :1] for label, law in found.sensors.items()}
-    return [np.asarray(s) for s in _slopes(problem, read, sensors, jnp.asarray(z))]
-
-
-@eqx.filter_jit
-def _slopes(problem: Problem, predictions: list, sensors: dict, z: Array) -> list[Array]:
-    """Slopes given the readings of one walker and its sensors' gains and zeros (2, 1)."""
-    values = problem.parameters.values(z[None])
-    out = []
-    for piece in problem.pieces:
-        m, sigma = piece.reading(predictions), piece.sigma(values)
-        best = jnp.stack([sensors[piece.sensor(i)] for i in range(len(piece.tracks))])
-        r = piece.data[..., None] - (1.0 + best[:, 0]) * m - best[:, 1]
-        out.append(sample_law(sigma, piece.sheet.step, piece.sheet.noise)(r).slope[..., 0])
-    return out
-
-
-def score_correlation(
-    problem: Problem, z: np.ndarray
-) -> dict[tuple[int, str, int], Autoregression]:
-    """Autoregression of the scores of every channel at z, by (group, quantity, track)."""
-    out = {}
-    for piece, score in zip(problem.pieces, scores(problem, z), strict=True):
-        for i, track in enumerate(piece.tracks):
-            out[piece.group, piece.quantity, track] = autoregression(
-                score[:, i], np.asarray(piece.weight)[:, i] > 0
-            )
-    return out
-
-
-def weighted(
-    problem: Problem, correlation: Mapping[tuple[int, str, int], Autoregression]
-) -> Problem:
-    """Return the problem with its weights divided by the correlation time of each channel."""
-    return problem.with_weights(
-        {
-            (p.group, p.quantity): np.asarray(p.weight)
-            / np.array([correlation[p.group, p.quantity, t].time for t in p.tracks])
-            for p in problem.pieces
-        }
-    )
 
 
 def refit(problem: Problem, found: Found) -> Optimum:

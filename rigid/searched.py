@@ -13,7 +13,8 @@ from rigid.correlation import Autoregression
 from rigid.files import replacing
 from rigid.problem import Problem
 from rigid.proposal import MixtureProposal, Mode, ModeWeights
-from rigid.search import Found, Optimum, weighted
+from rigid.scores import weighted
+from rigid.search import Found, Optimum
 
 NAME = "search.npz"
 
