@@ -40,12 +40,15 @@ def test_rows_of_files_that_are_not_there_are_none(tmp_path: Path):
 
 
 @pytest.mark.skipif(not rows.MAPS.exists(), reason="no list of mapped memory on this system")
-def test_compiled_programs_are_let_go_where_they_fill_their_room(monkeypatch):
+@pytest.mark.parametrize("bound", ["MOST_MAPS", "MOST_MEMORY"])
+def test_compiled_programs_are_let_go_where_they_fill_their_room(monkeypatch, bound: str):
     program = jax.jit(lambda x: jnp.cumsum(x))
     for size in range(3, 20):
         program(jnp.ones(size))
-    assert not rows.shed()
+    held = rows.resident()
+    assert held > 1 << 20
+    assert not rows.shed(held)
     assert program._cache_size() == 17
-    monkeypatch.setattr(rows, "MOST_MAPS", 1)
-    assert rows.shed()
+    monkeypatch.setattr(rows, bound, -1)
+    assert rows.shed(held)
     assert program._cache_size() == 0
