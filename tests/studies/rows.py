@@ -13,8 +13,8 @@ MOST_MAPS = 50_000
 """Mapped regions of memory beyond which compiled programs are let go; Linux grants 65,530, and a
 process that has compiled for some forty campaigns of unlike records comes to its end there."""
 MOST_MEMORY = 4 << 30
-"""Bytes by which a process may grow before they are let go: two that had run some thirty campaigns
-each held 17 GB, and one was killed."""
+"""Bytes by which a process may grow before they are let go: two that had run some forty campaigns
+each held 8 and 9 GB, and one was killed."""
 
 
 def commit() -> str:
