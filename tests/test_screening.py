@@ -195,6 +195,26 @@ def test_a_spike_does_not_count_and_correlated_noise_counts_less():
     assert with_weights(local, clean).value == pytest.approx(local.value, rel=0.3)
 
 
+def test_spikes_are_found_though_the_noise_level_that_was_fitted_holds_them():
+    """Those of 16 sds raise it so that those of 9 stand less than 6 of the fitted sds off."""
+    problem = campaign(304)
+    pieces = tuple(
+        eqx.tree_at(
+            lambda p: p.data,
+            p,
+            p.data.at[25::100].add(9.0 * p.sheet.floor).at[75::100].add(-16.0 * p.sheet.floor),
+        )
+        if p.quantity == "load"
+        else p
+        for p in problem.pieces
+    )
+    local, _ = fitted(dataclasses.replace(problem, pieces=pieces))
+    assert spikes(fitted(problem)[0]).sum() == 0
+    loads = np.array([c.quantity == "load" for c in local.layout.channels])[local.layout.channel]
+    sample = np.concatenate([np.arange(500)] * len(local.layout.channels))
+    np.testing.assert_array_equal(spikes(local), loads & (sample % 50 == 25))
+
+
 def test_a_gauge_at_the_end_of_its_range_says_nothing_there():
     local, _ = fitted(campaign(304))
     pressure = np.array([c.quantity == "pressure" for c in local.layout.channels])

@@ -23,18 +23,39 @@ ABOVE = 2.0
 
 
 def spikes(local: Local) -> np.ndarray:
-    """Where a sample stands off its neighbours (n,)."""
-    layout, half = local.layout, NEIGHBOURS // 2
-    sd, _ = _sds(local)
+    """Where a sample stands off its neighbours (n,).
+
+    Spikes are in the noise level that they are compared with; so they are looked for again with
+    the level of what is left, until none are found.
+    """
+    sensor, read = local.layout.sensor, local.layout.read
+    off, (sd, _) = _off(local), _sds(local)
     found = np.zeros(len(sd), dtype=bool)
+    while True:
+        level = np.ones(len(local.layout.problem.sensors))
+        for number in range(len(level)):
+            mine = read & (sensor == number)
+            if (mine & found).any():
+                left = local.residual[mine & ~found]
+                level[number] = np.sqrt(np.mean(left**2) / np.mean(local.residual[mine] ** 2))
+        again = off > SPIKE * level[sensor] * sd
+        if not np.any(again & ~found):
+            return found
+        found |= again
+
+
+def _off(local: Local) -> np.ndarray:
+    """How far each sample lies off the median of its neighbourhood (n,)."""
+    layout, half = local.layout, NEIGHBOURS // 2
+    off = np.zeros(len(local.residual))
     for number in range(len(layout.channels)):
         rows = np.flatnonzero((layout.channel == number) & layout.read)
         if len(rows) < NEIGHBOURS:
             continue
         series = np.pad(local.residual[rows], half, mode="edge")
         near = np.lib.stride_tricks.sliding_window_view(series, NEIGHBOURS)
-        found[rows] = np.abs(local.residual[rows] - np.median(near, axis=1)) > SPIKE * sd[rows]
-    return found
+        off[rows] = np.abs(local.residual[rows] - np.median(near, axis=1))
+    return off
 
 
 def beyond(local: Local) -> np.ndarray:
