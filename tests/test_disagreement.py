@@ -90,6 +90,20 @@ def test_what_goes_by_a_state_in_all_records_shows_in_all_together_before_it_doe
     assert sure["one"] / 40 < 0.5 * sure["all"] / 20
 
 
+def test_a_state_that_is_nothing_but_rounding_is_told_as_nothing():
+    """A load that starts from rest is -2e-15 N there, by the rounding of the solver."""
+    series = np.random.default_rng(5).standard_normal((SAMPLES, 1 + DRAWS))
+    load = np.where(TIME < 1.0, -2e-15, 500.0 * TIME)
+    series[:, 0] += np.where(TIME < 1.0, 2.0, 0.0)
+    found = {look.over: look for look in looks(series, TIME, INTERVAL, {"load": load})}
+    pool = Pool()
+    for _ in range(2):
+        pool.add(series, {"load": load})
+    for look in (found["load"], *pool.looks()):
+        assert look.where[0] == 0.0
+        assert -look.log_p[0] > 5.0
+
+
 def test_samples_that_resemble_the_one_before_show_at_their_lag():
     rng = np.random.default_rng(4)
     drawn = rng.standard_normal(SAMPLES + 1)

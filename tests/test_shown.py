@@ -4,14 +4,18 @@ import re
 
 import numpy as np
 import pytest
+from scipy.stats import chi2, norm
 
 from rigid.discovery.fitting.candidates import Candidate
 from rigid.discovery.fitting.local import Local
 from rigid.discovery.fitting.samples import Channel, Layout, Terms
 from rigid.discovery.fitting.screening import Around, screen
+from rigid.discovery.further import Proposal
 from rigid.discovery.judging import Place
 from rigid.discovery.refit import Refit
-from rigid.discovery.telling.present import bets, line_sizes, residuals
+from rigid.discovery.telling.lead import SHOWN, told_moves, would_show
+from rigid.discovery.telling.present import bets
+from rigid.discovery.telling.residuals import against, line_sizes, residuals
 from rigid.discovery.telling.shown import hidden_shown
 from rigid.discovery.unseen.bumps import Bumps, Target, together
 from rigid.discovery.unseen.crosstalk import RATES, answering
@@ -25,7 +29,7 @@ from rigid.discovery.weighing.explain import (
 from rigid.discovery.weighing.odds import MIMICS
 from rigid.discovery.workflow import Bench, Outcome, Step
 from rigid.effects import CATALOGUE
-from rigid.plots.discovery import hidden_figure, residuals_figure
+from rigid.plots.discovery import against_figure, hidden_figure, residuals_figure
 
 SAMPLES = 300
 TIME = np.arange(SAMPLES) * 0.01
@@ -134,3 +138,107 @@ def test_only_what_beats_is_shown_by_frequency(name: str, hertz: float, frequenc
     assert {each.frequencies for each in shown} == {frequencies}
     axes = residuals_figure(shown, simulated=True).axes[-1]
     assert axes.get_xlabel() == ("frequency [Hz]" if frequencies else "time [s]")
+
+
+def test_classes_do_not_follow_how_the_noise_of_rounded_samples_fell():
+    """Rounded to a step of five noises, a sample says most where its noise took it over an edge."""
+    rng = np.random.default_rng(17)
+    noise, count = np.full(30_000, 0.2), 30_000
+    expected = np.full(count, 0.3)  # where one in six is rounded up
+    trace = 0.1 * rng.choice((-1.0, 1.0), count) * rng.uniform(0.2, 1.0, count)
+    codes = np.rint(expected + noise * rng.standard_normal(count))
+    ends = [(codes + half - expected) / noise for half in (-0.5, 0.5)]
+    mass = np.maximum(norm.cdf(ends[1]) - norm.cdf(ends[0]), 1e-300)
+    dense = [norm.pdf(end) for end in ends]
+    score = (dense[0] - dense[1]) / mass / noise
+    bend = score**2 + (ends[1] * dense[1] - ends[0] * dense[0]) / mass / noise**2
+    layout = bare(Layout, floor=np.hypot(noise, 1.0 / np.sqrt(12.0)))
+    fits = [
+        bare(Local, layout=layout, residual=codes - expected - t, terms=Terms(mass, score, bend))
+        for t in (0.0 * trace, trace)
+    ]
+    one = Refit(bare(Candidate, effect=CATALOGUE["return-spring"]), *fits, 5.0)
+    shown = against(bare(Step, chosen="return-spring", refits={"return-spring": one}))
+    assert shown is not None
+    off = shown.before / shown.sd
+    assert np.abs(off).max() < 4.0
+    assert np.sum(off**2) < chi2.ppf(0.999, len(off))
+
+
+@pytest.mark.parametrize("there", [1.0, 0.0])
+def test_what_is_left_over_follows_what_an_effect_explains_if_it_is_there(there: float):
+    """Strength 12: the slope of left over against explained has a standard deviation of 1/12."""
+    rng = np.random.default_rng(16)
+    trace = NOISE * np.tile(np.sin(3.0 * TIME) + (TIME > 2.0), 3)
+    trace *= 12.1 / np.sqrt(np.sum((trace / NOISE) ** 2))
+    noise = NOISE * rng.standard_normal(len(NOISE))
+    bend = NOISE**-2.0
+    fits = [
+        bare(
+            Local,
+            layout=bare(Layout, floor=NOISE),
+            residual=noise + (there - taken) * trace,
+            terms=Terms(noise, bend * (noise + (there - taken) * trace), bend),
+        )
+        for taken in (0.0, 1.0)
+    ]
+    one = Refit(bare(Candidate, effect=CATALOGUE["return-spring"]), *fits, 5.0)
+    shown = against(bare(Step, chosen="return-spring", refits={"return-spring": one}))
+    assert shown is not None
+    assert len(shown.explained) == 24  # 12.1^2 / 6
+    weight = shown.explained / shown.sd**2
+    slopes = [weight @ left / (weight @ shown.explained) for left in (shown.before, shown.after)]
+    error = 1.0 / np.sqrt(weight @ shown.explained)
+    assert error == pytest.approx(1.0 / 12.0, rel=0.05)  # classes lose little of the strength
+    assert slopes[0] == pytest.approx(there, abs=4.0 * error)
+    assert slopes[1] == pytest.approx(there - 1.0, abs=4.0 * error)
+    left, right = against_figure(shown, simulated=True).axes
+    assert left.get_xlim() == right.get_xlim() == left.get_ylim() == right.get_ylim()
+
+
+def test_what_would_have_shown_has_the_strength_that_is_told():
+    trace = NOISE * np.tile(np.sin(3.0 * TIME), 3) / 50.0
+    listed = tuple(
+        bare(Candidate, effect=CATALOGUE[name], amplitude=label, level=level)
+        for name, label, level in (
+            ("coulomb-friction", "F_C", None),
+            ("seating-slack", "slack", 2e-6),
+            ("valve-event", "event_size", None),
+        )
+    )
+    columns = np.stack([trace, trace, 0.0 * trace], axis=1)
+    bend = NOISE**-2.0
+    around = Around(0.0 * trace, bend, np.zeros((len(bend), 1)), np.zeros(1))
+    screening = screen(around, columns)
+    none = np.zeros(3)
+    told = would_show(Explained(listed, (), screening, none, (), np.zeros(0), 0.5))
+    label, size, unit = told["coulomb-friction"].split()
+    assert (label, unit) == ("F_C", "N")
+    strength = float(size) * np.linalg.norm(trace / NOISE)
+    assert strength == pytest.approx(SHOWN, rel=0.05)  # two digits are told
+    # Counted in levels of 2 um, whose traces these are.
+    microns = float(told["seating-slack"].split()[1])
+    assert microns == pytest.approx(2.0 * SHOWN / np.linalg.norm(trace / NOISE), rel=0.05)
+    assert told["valve-event"] == "nothing shows"
+
+
+def test_one_number_of_each_sort_is_told_and_the_rest_counted():
+    moved = (
+        ("kappa[frame-1,A]", "1", 0.08, 0.09, 6.0),
+        ("kappa[frame-2,B]", "1", 0.07, 0.08, 7.0),
+        ("mu", "N s/m", 8e4, 7e4, -4.0),
+        ("k_LC", "N/m", 6e7, 6.01e7, 0.9),
+    )
+    said = told_moves(moved)
+    assert said.index("kappa[frame-2,B] from 0.07 to 0.08") < said.index("mu from 80")
+    assert "frame-1" not in said
+    assert "k_LC" not in said
+    assert said.endswith("and 1 more.")
+    assert told_moves(moved[3:]) == "No quoted number moved by as much as its uncertainty."
+
+
+@pytest.mark.parametrize(
+    ("apart", "often"), [(1.64, "95 %"), (0.0, "50 %"), (4.0, "more than 99 %")]
+)
+def test_a_record_is_proposed_with_how_often_it_tells(apart: float, often: str):
+    assert Proposal("a free run", apart).sentence.endswith(f"told apart in {often} of campaigns")

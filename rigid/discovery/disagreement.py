@@ -5,7 +5,7 @@ here and whose parameters are fitted, and one that counts all statements that we
 the least of all p-values is as small (Westfall and Young 1993, Resampling-Based Multiple Testing).
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +30,8 @@ MOVING = ("stroke", "position")
 ALL = "all records"
 """In place of a record, where all channels of a quantity are looked at together."""
 TIME, FREQUENCY, LAG, SPEED = "time", "frequency", "lag", "speed"
+ROUNDING = 1e-9
+"""Share of a state's greatest size below which it is nothing."""
 LARGE = 20.0
 """Minus the log of a p-value so small that the least of many is as many times it."""
 
@@ -127,7 +129,7 @@ class Pool:
             firsts = np.flatnonzero(np.diff(group, prepend=-1))
             log_p, at = _least(_two_sided(_standard(np.add.reduceat(sums[order], firsts, axis=0))))
             mine = spans[order[group == group[firsts[at]]]]
-            yield Look(name, log_p, (float(mine[:, 0].min()), float(mine[:, 1].max())))
+            yield Look(name, log_p, _rounded((mine[:, 0].min(), mine[:, 1].max()), spans[:, :2]))
 
 
 def judged(channels: list[Channel], tests: list[Look]) -> tuple[Disagreement, ...]:
@@ -178,7 +180,14 @@ def _over_classes(over: str, series: np.ndarray, state: np.ndarray, count: int) 
     sums = np.add.reduceat(series[order], edges[:-1], axis=0)
     log_p, at = _least(_two_sided(_standard(sums)))
     mine = state[order[edges[at] : edges[at + 1]]]
-    return Look(over, log_p, (float(mine[0]), float(mine[-1])))
+    return Look(over, log_p, _rounded((mine[0], mine[-1]), state))
+
+
+def _rounded(ends: Iterable[float], state: np.ndarray) -> tuple[float, float]:
+    """Ends of a class; a load that starts from 0 is -2e-15 N by the rounding of the solver."""
+    least = ROUNDING * float(np.abs(state).max())
+    low, high = (0.0 if abs(end) < least else float(end) for end in ends)
+    return low, high
 
 
 def _standard(values: np.ndarray) -> np.ndarray:

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import norm
 
 from rigid.discovery.fitting.candidates import Candidate, standard_of
 from rigid.discovery.fitting.families import Family
@@ -29,6 +30,13 @@ class Proposal(NamedTuple):
 
     words: str
     apart: float
+
+    @property
+    def sentence(self) -> str:
+        """What to take, and how often it tells the two apart: an oracle, with Phi(apart)."""
+        often = float(norm.cdf(self.apart))
+        told = "more than 99 %" if often > 0.99 else f"{100 * often:.0f} %"
+        return f"{self.words}: with it, the two are told apart in {told} of campaigns"
 
 
 def next_record(

@@ -258,7 +258,7 @@ def _further(
     pair = found.listed[mine], found.listed[other]
     amplitude = float(found.screening.estimate[mine])
     proposal = next_record(local, bench.programs, pair, amplitude)
-    return None if proposal is None else f"{proposal.words} ({proposal.apart:.1f}; 1.64 parts them)"
+    return None if proposal is None else proposal.sentence
 
 
 def _hidden(found: Explained, bench: Bench, local: Local) -> tuple[Target, np.ndarray]:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from rigid.plots import metrology
 from rigid.plots.decimate import line_points
-from rigid.plots.style import BLUE, GREY, VERMILION, house_style, new_figure, panel_title
+from rigid.plots.style import BLUE, GREY, INK, VERMILION, house_style, new_figure, panel_title
 
 MOST_PANELS = 3
 
@@ -21,6 +21,7 @@ class ResidualShown:
     """One channel: residuals over what its sheet allows, before and after.
 
     - `name`; `place` (n,): time [s]; `before`, `after` (n,): smoothed over `smoothed` samples.
+    - `explained` (n,): what the effect takes away, smoothed alike; None where it cannot be drawn.
     - `stretch`: where the effect shows, or None.
     - `frequencies`: whether the places are frequencies [Hz], and the residuals their lines' sizes.
     """
@@ -30,8 +31,24 @@ class ResidualShown:
     before: Float[np.ndarray, " n"]
     after: Float[np.ndarray, " n"]
     smoothed: int
+    explained: Float[np.ndarray, " n"] | None = None
     stretch: tuple[float, float] | None = None
     frequencies: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class AgainstShown:
+    """What was left over against what an effect explains, in classes of samples (m,).
+
+    - `explained`: by the effect, once all else was refitted. - `before`, `after`: left over without
+      and with it, mean of the class. - `sd`: that noise alone gives such a mean. All of it in
+      standard deviations of a sample's noise.
+    """
+
+    explained: Float[np.ndarray, " m"]
+    before: Float[np.ndarray, " m"]
+    after: Float[np.ndarray, " m"]
+    sd: Float[np.ndarray, " m"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,11 +130,46 @@ def residuals_figure(shown: Sequence[ResidualShown], simulated: bool) -> Figure:
                 )  # fmt: skip
                 axes.axhline(0.0, color=GREY, linewidth=0.5)
                 axes.set_ylim(0.0 if one.frequencies else -size, size)
+                if column == 0 and one.explained is not None:
+                    axes.plot(one.place[kept], one.explained[kept], color=INK, linewidth=0.9)
                 panel_title(axes, f"{one.name}, {word}")
                 if column == 0:
                     axes.set_ylabel("line / sheet" if one.frequencies else "residual / sheet")
                 if row == len(shown) - 1:
                     axes.set_xlabel("frequency [Hz]" if one.frequencies else "time [s]")
+    return figure
+
+
+def against_figure(shown: AgainstShown, simulated: bool) -> Figure:
+    """Left over against explained, without and with the effect, in one scale.
+
+    In proportion about 0 and by orders of magnitude further out: a few samples may be explained by
+    whole sds, thousands by a tenth each.
+    """
+    reach = 1.3 * float(np.max(np.abs([shown.explained, shown.before, shown.after]) + shown.sd))
+    near = float(np.median(np.abs(shown.explained)))
+    ends = np.linspace(-reach, reach, 401)
+    panels = (("without it", shown.before, VERMILION), ("with it", shown.after, BLUE))
+    with house_style():
+        figure = new_figure(3.6, simulated)
+        grid = figure.add_gridspec(1, 2)
+        for column, (word, means, color) in enumerate(panels):
+            axes = figure.add_subplot(grid[0, column])
+            axes.axhline(0.0, color=GREY, linewidth=0.5)
+            expected = ends if column == 0 else 0.0 * ends
+            axes.plot(ends, expected, color=INK, linewidth=0.9, linestyle="--")
+            axes.errorbar(
+                shown.explained, means, yerr=shown.sd, fmt="o", color=color, markersize=4,
+                linewidth=0.9,
+            )  # fmt: skip
+            axes.set_xscale("symlog", linthresh=near)
+            axes.set_yscale("symlog", linthresh=near)
+            axes.set_xlim(-reach, reach)
+            axes.set_ylim(-reach, reach)
+            panel_title(axes, word)
+            axes.set_xlabel("what the effect explains [sds of a sample]")
+            if column == 0:
+                axes.set_ylabel("left over [sds of a sample]")
     return figure
 
 

@@ -7,9 +7,11 @@ import numpy as np
 from jaxtyping import Float
 
 from rigid.plots.discovery import (
+    AgainstShown,
     ComparedShown,
     HiddenShown,
     ResidualShown,
+    against_figure,
     compared_figure,
     hidden_figure,
     matrix_figure,
@@ -28,16 +30,18 @@ class StepContent:
     """One turn: sentences and tables of what was found, added and moved.
 
     - `sentences`. - `odds`: (name, probability, log Bayes factor, how it was found).
-    - `parameters`: (name, unit, q05, median, q95). - `moved`: (name, unit, before, after).
-    - `gaps`: (what, before, after). - `residuals`, `hidden`: for the figures.
+    - `parameters`: (name, unit, q05, median, q95).
+    - `moved`: (name, unit, before, after, by how many standard deviations).
+    - `gaps`: (what, before, after). - `against`, `residuals`, `hidden`: for the figures.
     """
 
     heading: str
     sentences: tuple[str, ...]
     odds: tuple[tuple[str, float, float, str], ...]
     parameters: tuple[tuple[str, str, float, float, float], ...]
-    moved: tuple[tuple[str, str, float, float], ...]
+    moved: tuple[tuple[str, str, float, float, float], ...]
     gaps: tuple[tuple[str, str, str], ...]
+    against: AgainstShown | None
     residuals: tuple[ResidualShown, ...]
     hidden: HiddenShown | None
 
@@ -46,19 +50,21 @@ class StepContent:
 class DiscoveryContent:
     """The section, complete.
 
-    - `ruling`: the verdict in a sentence. - `steps`. - `ending`: what is left at the end.
+    - `ruling`: the verdict in a sentence. - `lead`: what a reader asks first, and the answers.
+    - `steps`. - `ending`: what is left at the end.
     - `where`: a sentence on where model and records disagree, and a row for each disagreement:
       (channel, over what, from where to where, p-value, p-value with what was added).
     - `compared`: for the figure. - `bets`: what one would bet before any record, in a sentence.
     - `notes`: on the records as they were read.
     - `names`, `cosines` (n, n): what the records can tell apart. - `pairs`: sentences on it.
-    - `rejected`: (effect, why).
+    - `rejected`: (effect, why, from what size on it would have shown); `shown`: at what strength.
     """
 
     title: str
     simulated: bool
     verdict: str
     ruling: str
+    lead: tuple[tuple[str, str], ...]
     steps: tuple[StepContent, ...]
     where: tuple[str, tuple[tuple[str, str, str, str, str], ...]]
     compared: ComparedShown
@@ -68,7 +74,8 @@ class DiscoveryContent:
     names: tuple[str, ...]
     cosines: Float[np.ndarray, "n n"]
     pairs: tuple[str, ...]
-    rejected: tuple[tuple[str, str], ...]
+    rejected: tuple[tuple[str, str, str], ...]
+    shown: float
     command: str
     version: str
     seed: int
@@ -77,6 +84,16 @@ class DiscoveryContent:
 def illustrations(number: int, step: StepContent, simulated: bool) -> list[Illustration]:
     """Figures of one step."""
     out = []
+    if step.against is not None:
+        key = f"fig-discovery-against-{number}"
+        caption = (
+            "What the records leave over, against what the effect explains of it, in classes of "
+            "samples that tell about as much each; bars: one standard deviation. Were the effect "
+            "not there, the points on the left would lie on the level line; as it is, along the "
+            "dashed one. With the effect in the model nothing should be left, on the right."
+        )
+        drawing = svg(against_figure(step.against, simulated), key)
+        out.append(Illustration(key, drawing, caption, "Left over against explained"))
     if step.residuals:
         key = f"fig-discovery-residuals-{number}"
         first = step.residuals[0]
@@ -86,7 +103,8 @@ def illustrations(number: int, step: StepContent, simulated: bool) -> list[Illus
             else "Residuals over what the sensors' sheets allow, averaged over "
             f"{first.smoothed} samples"
         )
-        caption = f"{kind}, without and with the effect, in one scale. Grey: where it shows."
+        drawn = "" if first.explained is None else " Black: what the effect takes away."
+        caption = f"{kind}, without and with the effect, in one scale. Grey: where it shows.{drawn}"
         drawing = svg(residuals_figure(step.residuals, simulated), key)
         out.append(Illustration(key, drawing, caption, "Residuals before and after the addition"))
     if step.hidden is not None:

@@ -7,7 +7,8 @@ import numpy as np
 from rigid import __version__
 from rigid.discovery.judging import gap
 from rigid.discovery.telling.compared import Compared, sentence, shown, table
-from rigid.discovery.telling.output import interval, quoted
+from rigid.discovery.telling.lead import SHOWN, lead, moves, ruling, share, would_show
+from rigid.discovery.telling.residuals import against, residuals
 from rigid.discovery.telling.shown import hidden_shown
 from rigid.discovery.telling.words import WORDS
 from rigid.discovery.weighing.explain import (
@@ -19,7 +20,6 @@ from rigid.discovery.weighing.explain import (
 )
 from rigid.discovery.weighing.odds import MIMICS
 from rigid.discovery.workflow import Judged, Outcome, Step
-from rigid.plots.discovery import MOST_PANELS, ResidualShown
 from rigid.report.discovery import DiscoveryContent, StepContent
 from rigid.spec import Spec
 
@@ -42,11 +42,13 @@ def content(spec: Spec, outcome: Outcome, made: dict[str, Any], run: Run) -> Dis
     """Gather the section; `made` is what goes to discovery.json."""
     first = outcome.steps[0].explained if outcome.steps else outcome.last
     names, cosines = told_apart(first)
+    from_on = would_show(first)
     return DiscoveryContent(
         title=spec.title or spec.path.stem,
         simulated=spec.simulated,
         verdict=outcome.verdict,
         ruling=ruling(outcome),
+        lead=lead(outcome, next((one["spec"] for one in made["steps"] if one["spec"]), None)),
         steps=tuple(
             _step(number, step, told, outcome)
             for number, (step, told) in enumerate(
@@ -61,29 +63,14 @@ def content(spec: Spec, outcome: Outcome, made: dict[str, Any], run: Run) -> Dis
         names=names,
         cosines=cosines,
         pairs=_pairs(names, cosines),
-        rejected=tuple((one["effect"], one["why"]) for one in made["rejected"]),
+        rejected=tuple(
+            (one["effect"], one["why"], from_on[one["effect"]]) for one in made["rejected"]
+        ),
+        shown=SHOWN,
         command=f"python -m rigid.discover {spec.path.stem}",
         version=__version__,
         seed=run.seed,
     )
-
-
-def ruling(outcome: Outcome) -> str:
-    """The verdict in a sentence."""
-    if not outcome.steps:
-        return (
-            "Nothing is missing that these records show: as much is left over in "
-            f"{_share(outcome.last.p_value)} of campaigns in which the model is complete."
-        )
-    named = [step for step in outcome.steps if step.verdict == "named"]
-    first = outcome.steps[0]
-    if first.verdict == "named":
-        words = " and ".join(step.chosen or "" for step in named)
-        return f"Missing: {words} (probability {first.probability[first.chosen or '']:.2f})."
-    if first.verdict == "indistinguishable":
-        rest = [k for k, v in first.probability.items() if v > 0.02 and k not in (NOTHING, UNNAMED)]
-        return f"Something is missing; these records cannot tell which: {', '.join(rest)}."
-    return "Something is missing, and no effect of the catalogue explains it."
 
 
 def told_apart(found: Explained) -> tuple[tuple[str, ...], np.ndarray]:
@@ -124,7 +111,7 @@ def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> St
         + (f", a line of {where['frequency_Hz'][0]:.4g} to {where['frequency_Hz'][1]:.4g} Hz"
            if where["frequency_Hz"] else "")
         + f". Equation: {where['equation']}.",
-        f"Chance alone finds as much in {_share(step.explained.p_value)} of campaigns in which "
+        f"Chance alone finds as much in {share(step.explained.p_value)} of campaigns in which "
         "nothing is missing; all that was tried is counted.",
     ]  # fmt: skip
     if step.judged is not None:
@@ -145,8 +132,9 @@ def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> St
         parameters=tuple(
             (k, v["unit"], v["q05"], v["median"], v["q95"]) for k, v in told["parameters"].items()
         ),
-        moved=_moved(step),
+        moved=() if step.chosen is None else moves(step.refits[step.chosen]),
         gaps=_gaps(told["gap"]),
+        against=against(step),
         residuals=residuals(step),
         hidden=hidden,
     )
@@ -161,10 +149,6 @@ def _left_out(judged: Judged) -> str:
         f"records are predicted better with it (log predictive density {difference:+.1f} in all, "
         f"standard error {error:.1f})."
     )
-
-
-def _share(p_value: float) -> str:
-    return "fewer than 1 in 1,000" if p_value < 1e-3 else f"{100 * p_value:.1f} %"
 
 
 def _odds(step: Step) -> tuple[tuple[str, float, float, str], ...]:
@@ -183,17 +167,6 @@ def _odds(step: Step) -> tuple[tuple[str, float, float, str], ...]:
     )
 
 
-def _moved(step: Step) -> tuple[tuple[str, str, float, float], ...]:
-    if step.chosen is None:
-        return ()
-    one = step.refits[step.chosen]
-    out = []
-    for label in quoted(one.before.hypothesis):
-        before, after = interval(one.before, label), interval(one.after, label)
-        out.append((label, before["unit"], before["median"], after["median"]))
-    return tuple(out)
-
-
 def _gaps(told: dict[str, float] | None) -> tuple[tuple[str, str, str], ...]:
     if told is None:
         return ()
@@ -201,49 +174,6 @@ def _gaps(told: dict[str, float] | None) -> tuple[tuple[str, str, str], ...]:
         ("fitted records", f"{told['before']:.4f}", f"{told['after']:.4f}"),
         ("left-out parts", f"{told['held_out_before']:.4f}", f"{told['held_out_after']:.4f}"),
     )
-
-
-def residuals(step: Step) -> tuple[ResidualShown, ...]:
-    """Channels that gain most, before and after; by frequency where the effect beats."""
-    if step.chosen is None:
-        return ()
-    one = step.refits[step.chosen]
-    layout = one.before.layout
-    gain = one.after.terms.value - one.before.terms.value
-    totals = np.bincount(layout.channel, weights=gain, minlength=len(layout.channels))
-    shown = np.argsort(-totals)[:MOST_PANELS]
-    slowest = max(layout.channels[number].interval for number in shown)
-    band = step.place.frequency_Hz
-    # What swings and dies out is a line as well, but better seen over time.
-    if one.candidate.effect.beat is None or (band is not None and band[1] > 0.5 / slowest):
-        band = None
-    out = []
-    for number in shown:
-        channel = layout.channels[number]
-        rows = (layout.channel == number) & layout.read
-        left = [fit.residual[rows] / layout.floor[rows] for fit in (one.before, one.after)]
-        name = f"{channel.track} {channel.quantity}"
-        if band is not None:
-            found = [line_sizes(series, channel.interval, band) for series in left]
-            (place, before), (_, after) = found
-            out.append(ResidualShown(name, place, before, after, 1, band, frequencies=True))
-            continue
-        count = max(int(rows.sum()) // 25, 1)
-        before, after = (np.convolve(series, np.ones(count) / count, "same") for series in left)
-        here = (channel.track, channel.quantity) == (step.place.record, step.place.channel)
-        stretch = step.place.time_s if here else None
-        out.append(ResidualShown(name, layout.time[rows], before, after, count, stretch))
-    return tuple(out)
-
-
-def line_sizes(
-    series: np.ndarray, interval: float, band: tuple[float, float]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Frequencies [Hz] about a band and the amplitudes of the lines of a series there."""
-    frequency = np.fft.rfftfreq(len(series), interval)
-    size = 2.0 * np.abs(np.fft.rfft(series)) / len(series)
-    near = (frequency > 0.5 * band[0]) & (frequency < 1.5 * band[1])
-    return frequency[near], size[near]
 
 
 def bets() -> str:
@@ -261,7 +191,7 @@ def _ending(outcome: Outcome) -> tuple[str, ...]:
     last = outcome.last
     left = (
         f"With what was added, the gap is {gap(outcome.final):.4f} (1 is the floor); as much as is "
-        f"left over is found in {_share(last.p_value)} of campaigns in which nothing is missing."
+        f"left over is found in {share(last.p_value)} of campaigns in which nothing is missing."
     )
     if not outcome.steps:
         left = f"The gap is {gap(outcome.final):.4f} (1 is the floor); nothing was added."
