@@ -30,7 +30,7 @@ MOVING = ("stroke", "position")
 ALL = "all records"
 """In place of a record, where all channels of a quantity are looked at together."""
 TIME, FREQUENCY, LAG, SPEED = "time", "frequency", "lag", "speed"
-ROUNDING = 1e-9
+ROUNDING = 1e-6
 """Share of a state's greatest size below which it is nothing."""
 LARGE = 20.0
 """Minus the log of a p-value so small that the least of many is as many times it."""

@@ -1,5 +1,7 @@
 """Rows of a study on disk, one line a campaign, so that it goes on where it was stopped."""
 
+import ctypes
+import gc
 import json
 import os
 import subprocess
@@ -50,7 +52,21 @@ def shed(held: int) -> bool:
     import jax
 
     jax.clear_caches()
+    give_back()
     return True
+
+
+def give_back() -> None:
+    """Hand memory that is free back to the system, where the C library can.
+
+    It keeps what it has had otherwise: a process of 1.0 GB that lets go of its programs holds as
+    much after that, and 0.3 GB after this.
+    """
+    gc.collect()
+    if STATM.exists():
+        trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
+        if trim is not None:
+            trim(0)
 
 
 def carry_out(

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 import pytest
 import rows
 from rows import carry_out, lines_of
@@ -52,3 +53,16 @@ def test_compiled_programs_are_let_go_where_they_fill_their_room(monkeypatch, bo
     monkeypatch.setattr(rows, bound, -(1 << 40))  # memory may also have shrunk since
     assert rows.shed(held)
     assert program._cache_size() == 0
+
+
+@pytest.mark.skipif(not rows.STATM.exists(), reason="the system does not tell what a process holds")
+def test_memory_between_what_is_still_held_goes_back_to_the_system():
+    """Blocks too small to be mapped one by one: half a gigabyte, of which one in fifty stays."""
+    size, count = 64 << 10, 8_000
+    blocks = [np.ones(size, dtype=np.uint8) for _ in range(count)]
+    full = rows.resident()
+    kept = blocks[::50]
+    del blocks
+    rows.give_back()
+    assert len(kept) == count // 50
+    assert full - rows.resident() > 0.8 * size * count
