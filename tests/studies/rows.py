@@ -20,10 +20,14 @@ each held 8 and 9 GB, and one was killed."""
 
 
 def commit() -> str:
-    """Name of the code that runs."""
-    told = subprocess.run(
-        ["git", "describe", "--always", "--dirty"], capture_output=True, text=True, check=False
-    )
+    """Name of the code that runs; rows that a study has written since are none of it."""
+    name = _git("describe", "--always")
+    changed = _git("status", "--porcelain", "--", ":/", ":(top,exclude)docs/studies")
+    return f"{name}-dirty" if changed else name
+
+
+def _git(*words: str) -> str:
+    told = subprocess.run(["git", *words], capture_output=True, text=True, check=False)
     return told.stdout.strip()
 
 

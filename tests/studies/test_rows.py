@@ -1,5 +1,6 @@
 """Rows of a study, and its going on where it was stopped."""
 
+import subprocess
 from pathlib import Path
 from typing import NamedTuple
 
@@ -66,3 +67,25 @@ def test_memory_between_what_is_still_held_goes_back_to_the_system():
     rows.give_back()
     assert len(kept) == count // 50
     assert full - rows.resident() > 0.8 * size * count
+
+
+def test_rows_that_were_written_do_not_make_the_code_another(tmp_path: Path, monkeypatch):
+    def git(*words: str) -> None:
+        who = ("-c", "user.name=a", "-c", "user.email=a@b")
+        subprocess.run(["git", *who, *words], cwd=tmp_path, check=True, capture_output=True)
+
+    code, table = tmp_path / "code.py", tmp_path / "docs" / "studies" / "a.jsonl"
+    table.parent.mkdir(parents=True)
+    for file in (code, table):
+        file.write_text("1\n", encoding="utf-8")
+    git("init")
+    git("add", ".")
+    git("commit", "-m", "all of it")
+    monkeypatch.chdir(tmp_path)
+    name = rows.commit()
+    assert len(name) >= 7
+    table.write_text("2\n", encoding="utf-8")
+    assert rows.commit() == name
+    monkeypatch.chdir(code.parent / "docs")
+    code.write_text("2\n", encoding="utf-8")
+    assert rows.commit() == f"{name}-dirty"
