@@ -13,7 +13,7 @@ from rigid.discovery.fitting.screening import Around, screen
 from rigid.discovery.further import Proposal
 from rigid.discovery.judging import Place
 from rigid.discovery.refit import Refit
-from rigid.discovery.telling.lead import SHOWN, told_moves, would_show
+from rigid.discovery.telling.lead import SHOWN, lead, told_moves, would_show
 from rigid.discovery.telling.present import bets
 from rigid.discovery.telling.residuals import against, line_sizes, residuals
 from rigid.discovery.telling.shown import hidden_shown
@@ -242,3 +242,25 @@ def test_one_number_of_each_sort_is_told_and_the_rest_counted():
 )
 def test_a_record_is_proposed_with_how_often_it_tells(apart: float, often: str):
     assert Proposal("a free run", apart).sentence.endswith(f"told apart in {often} of campaigns")
+
+
+def test_the_answer_speaks_of_every_step():
+    steps = tuple(
+        bare(
+            Step, verdict=verdict, chosen=name, judged=None, next_record=record,
+            explained=bare(Explained, p_value=0.004),
+            probability={"nothing": 0.01, "unnamed": 0.1, name: 0.7, other: 0.19},
+        )
+        for verdict, name, other, record in (
+            ("named", "piston-leakage", "return-spring", None),
+            ("indistinguishable", "coulomb-friction", "stribeck-friction", "a free run"),
+        )
+    )  # fmt: skip
+    said = dict(lead(bare(Outcome, steps=steps), None))
+    first, second = said["What is it?"].split(" Beside that: ")
+    assert "leaks past the piston" in first
+    assert "coulomb-friction: a friction force on the plunger" in second
+    assert "piston-leakage 0.70, return-spring 0.19" in said["How sure?"]
+    assert "coulomb-friction 0.70, stribeck-friction 0.19" in said["How sure?"]
+    assert "0.4 % of campaigns" in said["How sure?"]
+    assert "take a free run." in said["What next?"]

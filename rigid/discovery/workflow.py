@@ -56,9 +56,14 @@ class Judged:
     left: tuple[Left, Left]
 
     @property
+    def gains(self) -> np.ndarray:
+        """Log predictive density of each left-out part with the effect, less that without it."""
+        return self.left[1].density - self.left[0].density
+
+    @property
     def elpd(self) -> tuple[float, float]:
         """Difference of the log predictive density of left-out parts, and its standard error."""
-        difference = self.left[1].density - self.left[0].density
+        difference = self.gains
         spread = float(np.std(difference, ddof=1)) if len(difference) > 1 else 0.0
         return float(difference.sum()), spread * float(np.sqrt(len(difference)))
 

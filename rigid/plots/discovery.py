@@ -42,7 +42,7 @@ class AgainstShown:
 
     - `explained`: by the effect, once all else was refitted. - `before`, `after`: left over without
       and with it, mean of the class. - `sd`: that noise alone gives such a mean. All of it in
-      standard deviations of a sample's noise.
+      what a sample of the sensor scatters by its sheet.
     """
 
     explained: Float[np.ndarray, " m"]

@@ -22,7 +22,7 @@ each held 8 and 9 GB, and one was killed."""
 def commit() -> str:
     """Name of the code that runs; rows that a study has written since are none of it."""
     name = _git("describe", "--always")
-    changed = _git("status", "--porcelain", "--", ":/", ":(top,exclude)docs/studies")
+    changed = _git("status", "--porcelain", "-uno", "--", ":/", ":(top,exclude)docs/studies")
     return f"{name}-dirty" if changed else name
 
 

@@ -46,8 +46,10 @@ def lead(outcome: Outcome, extended: str | None) -> tuple[tuple[str, str], ...]:
             ),
             ("What changed?", f"Nothing was added. The gap is {gap(outcome.base):.4f}."),
         )
-    first = outcome.steps[0]
-    out = [("What is it?", _what(first)), ("How sure?", _sure(first))]
+    out = [
+        (question, " Beside that: ".join(answer(step) for step in outcome.steps))
+        for question, answer in (("What is it?", _what), ("How sure?", _sure))
+    ]
     if extended is None:
         out.append(
             (
@@ -58,12 +60,20 @@ def lead(outcome: Outcome, extended: str | None) -> tuple[tuple[str, str], ...]:
         )
     else:
         out.append(("What changed?", " ".join(_changed(step) for step in outcome.steps)))
-    return (*out, ("What next?", _next(first, extended)))
+    return (*out, ("What next?", _next(outcome.steps, extended)))
 
 
 def share(p_value: float) -> str:
     """How often, as a reader would say it."""
     return "fewer than 1 in 1,000" if p_value < 1e-3 else f"{100 * p_value:.1f} %"
+
+
+def chance(step: Step) -> str:
+    """How often as much is found where nothing is missing."""
+    return (
+        f"Chance alone finds as much in {share(step.explained.p_value)} of campaigns in which "
+        "nothing is missing."
+    )
 
 
 def _what(step: Step) -> str:
@@ -77,19 +87,16 @@ def _what(step: Step) -> str:
 
 
 def _sure(step: Step) -> str:
-    chance = (
-        f"Chance alone finds as much in {share(step.explained.p_value)} of campaigns in which "
-        "nothing is missing."
-    )
     if step.chosen is None:
-        return f"{chance} The probability that it has no name is {step.probability[UNNAMED]:.2f}."
+        unnamed = step.probability[UNNAMED]
+        return f"{chance(step)} The probability that it has no name is {unnamed:.2f}."
     rest = "".join(f", {one['effect']} {one['probability']:.2f}" for one in alternatives(step))
     names = f"Probability: {step.chosen} {step.probability[step.chosen]:.2f}{rest}."
     if step.judged is None:
-        return f"{chance} {names}"
-    gains = step.judged.left[1].density - step.judged.left[0].density
-    better = int(np.sum(gains > 0.0))
-    return f"{chance} {names} {better} of {len(gains)} left-out parts are predicted better with it."
+        return f"{chance(step)} {names}"
+    gains = step.judged.gains
+    better = f"{int(np.sum(gains > 0.0))} of {len(gains)} left-out parts"
+    return f"{chance(step)} {names} {better} are predicted better with it."
 
 
 def _changed(step: Step) -> str:
@@ -140,10 +147,8 @@ def moves(one: Refit) -> tuple[tuple[str, str, float, float, float], ...]:
     return tuple(out)
 
 
-def _next(step: Step, extended: str | None) -> str:
-    parts = []
-    if step.next_record is not None:
-        parts.append(f"To know which, take {step.next_record}.")
+def _next(steps: tuple[Step, ...], extended: str | None) -> str:
+    parts = [f"To know which, take {s.next_record}." for s in steps if s.next_record is not None]
     if extended is not None:
         parts.append(
             f"python -m rigid.fit {extended} samples the model with what was added and gives its "

@@ -7,7 +7,7 @@ import numpy as np
 from rigid import __version__
 from rigid.discovery.judging import gap
 from rigid.discovery.telling.compared import Compared, sentence, shown, table
-from rigid.discovery.telling.lead import SHOWN, lead, moves, ruling, share, would_show
+from rigid.discovery.telling.lead import SHOWN, chance, lead, moves, ruling, share, would_show
 from rigid.discovery.telling.residuals import against, residuals
 from rigid.discovery.telling.shown import hidden_shown
 from rigid.discovery.telling.words import WORDS
@@ -111,8 +111,7 @@ def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> St
         + (f", a line of {where['frequency_Hz'][0]:.4g} to {where['frequency_Hz'][1]:.4g} Hz"
            if where["frequency_Hz"] else "")
         + f". Equation: {where['equation']}.",
-        f"Chance alone finds as much in {share(step.explained.p_value)} of campaigns in which "
-        "nothing is missing; all that was tried is counted.",
+        f"{chance(step)} All that was tried is counted.",
     ]  # fmt: skip
     if step.judged is not None:
         sentences.append(
@@ -142,7 +141,7 @@ def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> St
 
 def _left_out(judged: Judged) -> str:
     """What parts of the records say of it that were left out of the fit and predicted."""
-    gains = judged.left[1].density - judged.left[0].density
+    gains = judged.gains
     difference, error = judged.elpd
     return (
         f"Left out of the fit in turn, {int(np.sum(gains > 0.0))} of {len(gains)} parts of the "
