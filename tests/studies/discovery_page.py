@@ -15,11 +15,13 @@ from discovery_bars import (
     harm,
     misnamed,
     of,
+    rightly,
     share,
     table,
     within,
 )
 from discovery_cases import NAMES
+from discovery_misses import misses
 from discovery_scores import (
     BINS,
     CONFIDENT,
@@ -80,6 +82,7 @@ def page(
         _places(good),
         _names(good, known),
         _open(good, known),
+        misses(good, known, NAMES),
         _pairs(good),
         _confidence(good),
         _confusion(good),
@@ -120,7 +123,7 @@ def _power(rows: Sequence[Row]) -> str:
     for strength in STRENGTHS:
         group = [row for row in singles if row["case"]["strength"] == strength]
         found = share(group, lambda row: row["answer"]["verdict"] != "nothing-missing")
-        named = share(group, lambda row: statement(row["answer"]) in true_names(row))
+        named = share(group, rightly)
         lines.append(f"| {strength:g} | {found} | {named} |")
     head = "| strength | found | | bounds | right name first | | bounds |"
     return "## Power\n\nSingle effects of the catalogue.\n\n" + table(head, lines)
@@ -148,7 +151,7 @@ def _names(rows: Sequence[Row], known: Known) -> str:
     alike = [row for row in strong if not apart(row, known, NAMES)]
     aliased = of(rows, "aliased")
     lines = [
-        f"| can be told apart: right name first | {share(told, _rightly)} |",
+        f"| can be told apart: right name first | {share(told, rightly)} |",
         f"| cannot: `indistinguishable`, the true one among them | {share(alike, within)} |",
         f"| cannot: the same, or the right name alone | {share(alike, _named_or_within)} |",
         "| aliased records: `indistinguishable`, the true one among them | "
@@ -165,12 +168,8 @@ def _names(rows: Sequence[Row], known: Known) -> str:
     )
 
 
-def _rightly(row: Row) -> bool:
-    return statement(row["answer"]) in true_names(row)
-
-
 def _named_or_within(row: Row) -> bool:
-    return _rightly(row) or within(row)
+    return rightly(row) or within(row)
 
 
 def _open(rows: Sequence[Row], known: Known) -> str:

@@ -160,6 +160,10 @@ def test_the_page_counts_what_it_says():
     assert "| load-cell-drift | 10 | 9 load-cell-drift, 1 clock-offset |" in text
     assert "a wrong name at p of 0.9 and more | 1 of 1 | 100.0 %" in text
     assert "1 refused" in text
+    # what keeps a figure from its bar, with what was said of it
+    assert "| load-cell-drift | clock-offset, at p of 0.9 and more | 5 |" in text
+    assert "| rough-bore | pump-ripple, at p of 0.9 and more | 8 |" in text
+    assert "flagged: 1 of 1 do not count" in text
     assert "72 of 100 campaigns" in text
     assert page([], STORED, 100, "standard")  # nothing yet
 
