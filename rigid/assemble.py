@@ -6,7 +6,8 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from rigid.catalogue import effects_named
 from rigid.effects import CATALOGUE, AbstractEffect
-from rigid.effects.base import MOTION, PriorDescription
+from rigid.effects.base import MOTION
+from rigid.effects.declare import PriorDescription
 from rigid.errors import InputError
 from rigid.groups import Grouping, beating, flow_label
 from rigid.likelihood import SensorSheet, make_pieces

@@ -439,7 +439,7 @@ OWN = """
 from typing import ClassVar
 
 from rigid.effects import AbstractEffect, Action
-from rigid.effects.base import lognormal, parameter
+from rigid.effects.declare import lognormal, parameter
 
 
 class Drag(AbstractEffect):

@@ -16,7 +16,8 @@ from rigs import BASE, NOMINAL, drive, rig_of
 from scipy.integrate import quad, solve_ivp
 
 from rigid.effects import CATALOGUE, AbstractEffect
-from rigid.effects.base import MOTION, PriorDescription, State
+from rigid.effects.base import MOTION, State
+from rigid.effects.declare import PriorDescription
 from rigid.rig import Surroundings
 from rigid.sensors import readings
 from rigid.solve import full, slow, staggered
@@ -142,6 +143,13 @@ def absent(effect: type[AbstractEffect]) -> dict[str, float]:
 def test_every_name_is_there():
     assert NAMES.items() <= {name: effect.equation for name, effect in CATALOGUE.items()}.items()
     assert set(CATALOGUE) == NAMES.keys() | set(BASE)
+
+
+@pytest.mark.parametrize("name", CATALOGUE)
+def test_a_reader_is_told_what_it_is_and_what_its_numbers_mean(name: str):
+    effect = CATALOGUE[name]
+    assert effect.phrase
+    assert all(info.meaning for info in effect.parameters())
 
 
 @pytest.mark.parametrize("name", SIGNATURES)
@@ -361,17 +369,20 @@ def section(effect: type[AbstractEffect]) -> str:
     """What the page says of an effect."""
     doc = inspect.cleandoc(effect.__doc__ or "")
     rows = [
-        f"| `{label}` | {info.unit} | {prior_text(prior)} | "
+        f"| `{label}` | {info.meaning} | {info.unit} | {prior_text(prior)} | "
         f"{'none' if info.absent is None else f'{info.absent:g}'} |"
         for info in effect.parameters()
         for label, prior in zip(info.labels, info.priors, strict=True)
     ]
-    table = "\n".join(["| parameter | unit | prior | absent at |", "|---|---|---|---|", *rows])
+    table = "\n".join(
+        ["| parameter | meaning | unit | prior | absent at |", "|---|---|---|---|---|", *rows]
+    )
     every = "all records" if effect.acts_in(MOTION) else "all records of the rig"
     acts = every if effect.kinds is None else ", ".join(effect.kinds)
     way = "steady" if effect.steady else "not steady"
     last = f"Source: {effect.source}. Acts in: {acts}; {way}."
-    return f"## {effect.name}\n\nEquation: {effect.equation}.\n\n{doc}\n\n{table}\n\n{last}\n"
+    told = f"{effect.phrase[0].upper()}{effect.phrase[1:]}. Equation: {effect.equation}."
+    return f"## {effect.name}\n\n{told}\n\n{doc}\n\n{table}\n\n{last}\n"
 
 
 HEAD = """# Catalogue of effects

@@ -8,7 +8,8 @@ import pytest
 
 from rigid.adaptation import drawn
 from rigid.chart import Chart, Sum, chart_of
-from rigid.effects.base import PLUNGER, AbstractEffect, Action, State, lognormal, parameter
+from rigid.effects.base import PLUNGER, AbstractEffect, Action, State
+from rigid.effects.declare import lognormal, parameter
 from rigid.parameters import Parameter, Parameters
 from rigid.priors import Lognormal, Normal
 from rigid.problem import Problem

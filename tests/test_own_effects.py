@@ -18,7 +18,7 @@ SOURCE = '''
 from typing import ClassVar
 
 from rigid.effects import AbstractEffect, Action
-from rigid.effects.base import lognormal, parameter
+from rigid.effects.declare import lognormal, parameter
 from neighbour import NAME
 
 

@@ -30,6 +30,7 @@ from rigid.discovery.weighing.odds import MIMICS
 from rigid.discovery.workflow import Bench, Outcome, Step
 from rigid.effects import CATALOGUE
 from rigid.plots.discovery import against_figure, hidden_figure, residuals_figure
+from rigid.report.discovery import Moved
 
 SAMPLES = 300
 TIME = np.arange(SAMPLES) * 0.01
@@ -224,13 +225,13 @@ def test_what_would_have_shown_has_the_strength_that_is_told():
 
 def test_one_number_of_each_sort_is_told_and_the_rest_counted():
     moved = (
-        ("kappa[frame-1,A]", "1", 0.08, 0.09, 6.0),
-        ("kappa[frame-2,B]", "1", 0.07, 0.08, 7.0),
-        ("mu", "N s/m", 8e4, 7e4, -4.0),
-        ("k_LC", "N/m", 6e7, 6.01e7, 0.9),
+        Moved("kappa[frame-1,A]", "share", "1", 0.08, 0.09, 6.0),
+        Moved("kappa[frame-2,B]", "share", "1", 0.07, 0.08, 7.0),
+        Moved("mu", "", "N s/m", 8e4, 7e4, -4.0),
+        Moved("k_LC", "stiffness", "N/m", 6e7, 6.01e7, 0.9),
     )
     said = told_moves(moved)
-    assert said.index("kappa[frame-2,B] from 0.07 to 0.08") < said.index("mu from 80")
+    assert said.index("share (kappa[frame-2,B]) from 0.07 to 0.08") < said.index("mu from 80")
     assert "frame-1" not in said
     assert "k_LC" not in said
     assert said.endswith("and 1 more.")
@@ -245,10 +246,11 @@ def test_a_record_is_proposed_with_how_often_it_tells(apart: float, often: str):
 
 
 def test_the_answer_speaks_of_every_step():
+    worded = tuple(bare(Candidate, effect=effect) for effect in CATALOGUE.values())
     steps = tuple(
         bare(
             Step, verdict=verdict, chosen=name, judged=None, next_record=record,
-            explained=bare(Explained, p_value=0.004),
+            explained=bare(Explained, p_value=0.004, listed=worded),
             probability={"nothing": 0.01, "unnamed": 0.1, name: 0.7, other: 0.19},
         )
         for verdict, name, other, record in (
@@ -257,10 +259,11 @@ def test_the_answer_speaks_of_every_step():
         )
     )  # fmt: skip
     said = dict(lead(bare(Outcome, steps=steps), None))
-    first, second = said["What is it?"].split(" Beside that: ")
+    first, second = said["What is it?"]
     assert "leaks past the piston" in first
     assert "coulomb-friction: a friction force on the plunger" in second
-    assert "piston-leakage 0.70, return-spring 0.19" in said["How sure?"]
-    assert "coulomb-friction 0.70, stribeck-friction 0.19" in said["How sure?"]
-    assert "0.4 % of campaigns" in said["How sure?"]
-    assert "take a free run." in said["What next?"]
+    assert "piston-leakage 0.70, return-spring 0.19" in said["How sure?"][0]
+    assert "coulomb-friction 0.70, stribeck-friction 0.19" in said["How sure?"][1]
+    assert "0.4 % of campaigns" in said["How sure?"][0]
+    [following] = said["What next?"]
+    assert "take a free run." in following

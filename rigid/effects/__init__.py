@@ -1,9 +1,10 @@
 """What acts on the rig, one physical cause a file."""
 
-from rigid.effects.base import AbstractEffect, Action, ParameterInfo, PriorDescription, State
+from rigid.effects.base import AbstractEffect, Action, State
 from rigid.effects.clock_offset import ClockOffset
 from rigid.effects.constant_force import ConstantForce
 from rigid.effects.coulomb_friction import CoulombFriction
+from rigid.effects.declare import ParameterInfo, PriorDescription
 from rigid.effects.direction_dependent_viscosity import DirectionDependentViscosity
 from rigid.effects.effective_area import EffectiveArea
 from rigid.effects.entrained_air import EntrainedAir

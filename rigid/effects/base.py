@@ -1,9 +1,9 @@
-"""What every effect has in common: its parameters, what it sees and what it may do."""
+"""What every effect has in common: what it sees and what it may do."""
 
 import dataclasses
 from abc import abstractmethod
 from collections.abc import Mapping
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -11,6 +11,7 @@ from jax import Array
 from jax.typing import ArrayLike
 
 from rigid.effects.bristle import PRESLIDING
+from rigid.effects.declare import ParameterInfo
 
 PLUNGER = "plunger-momentum"
 MOTION = "motion"
@@ -26,101 +27,6 @@ EQUATIONS = (
     "contact",
     "sensor",
 )
-
-
-@dataclasses.dataclass(frozen=True)
-class PriorDescription:
-    """A prior in words and numbers: the name of its law and the law's arguments."""
-
-    law: str
-    arguments: Mapping[str, float]
-
-
-def lognormal(median: float, factor: float) -> PriorDescription:
-    """Describe a lognormal prior: one sd is a factor up or down from the median."""
-    return PriorDescription("lognormal", {"median": median, "factor": factor})
-
-
-def any_size(usual: float) -> PriorDescription:
-    """Describe the prior of something whose order of magnitude is not known: one sd is a decade.
-
-    - `usual`: what rigs of its kind have where it matters to them, one sd above the median. Records
-      may show a hundredth of that, and a prior that forbids it makes them name something else.
-    """
-    return lognormal(usual / 10.0, 10.0)
-
-
-def either_sign(usual: float) -> PriorDescription:
-    """Describe the prior of something whose sign and order of magnitude are not known.
-
-    - `usual`: what rigs of its kind have where it matters to them, one sd either way.
-    """
-    return PriorDescription("either_sign", {"usual": usual})
-
-
-def normal(mean: float, sd: float) -> PriorDescription:
-    """Describe a Gaussian prior."""
-    return PriorDescription("normal", {"mean": mean, "sd": sd})
-
-
-def truncated_normal(mean: float, sd: float, low: float, high: float) -> PriorDescription:
-    """Describe a Gaussian prior that is cut to between `low` and `high`."""
-    return PriorDescription("truncated_normal", {"mean": mean, "sd": sd, "low": low, "high": high})
-
-
-def uniform(low: float, high: float) -> PriorDescription:
-    """Describe a prior under which all values between `low` and `high` are alike."""
-    return PriorDescription("uniform", {"low": low, "high": high})
-
-
-def fixed(value: float) -> PriorDescription:
-    """Describe a constant that is taken as known."""
-    return PriorDescription("fixed", {"value": value})
-
-
-@dataclasses.dataclass(frozen=True)
-class ParameterInfo:
-    """All there is to know of one parameter of an effect.
-
-    - `name`: its name in specs and results; an element of a vector reads `name[i]`.
-    - `symbol`: TeX, as the paper writes it where it does.
-    - `unit`: SI.
-    - `absent`: the value at which the effect is not there; None where there is no such value.
-    - `priors`: one a priori law for each element.
-    - `part_of`: name of a sum that records know far better than its parts, those of other effects
-      included; None where there is none.
-    """
-
-    name: str
-    symbol: str
-    unit: str
-    absent: float | None
-    priors: tuple[PriorDescription, ...]
-    part_of: str | None = None
-
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """Flat names, one for each element."""
-        if len(self.priors) == 1:
-            return (self.name,)
-        return tuple(f"{self.name}[{i + 1}]" for i in range(len(self.priors)))
-
-
-def parameter(
-    name: str,
-    symbol: str,
-    unit: str,
-    *priors: PriorDescription,
-    absent: float | None = None,
-    part_of: str | None = None,
-) -> Any:
-    """Declare a field of an effect as a parameter; several priors make it a vector."""
-    info = ParameterInfo(name, symbol, unit, absent, priors, part_of)
-    return eqx.field(metadata={"parameter": info}, converter=jnp.asarray)
-
-
-STEADY_FRICTION = "mu(0)"
-"""The friction of steady running; every friction proportional to the speed has its part in it."""
 
 
 class State(NamedTuple):
@@ -221,6 +127,7 @@ class AbstractEffect(eqx.Module):
     Class variables:
 
     - `name` (in specs), `equation` (one of EQUATIONS), `source`.
+    - `phrase`: what it is, for who has not seen the catalogue: "oil leaks past the piston".
     - `scales`: for each state of its own a typical value, in which solvers measure errors.
     - `steady`: whether the Jacobian of the motion hardly changes with anything but the oil column,
       so that the step matrices of the rig at rest serve everywhere.
@@ -236,6 +143,7 @@ class AbstractEffect(eqx.Module):
     name: eqx.AbstractClassVar[str]
     equation: eqx.AbstractClassVar[str]
     source: eqx.AbstractClassVar[str]
+    phrase: ClassVar[str] = ""
     scales: ClassVar[tuple[float, ...]] = ()
     steady: ClassVar[bool] = False
     kinds: ClassVar[tuple[str, ...] | None] = None

@@ -5,7 +5,8 @@ from typing import ClassVar
 
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, either_sign, parameter
+from rigid.effects.base import AbstractEffect, Action, State
+from rigid.effects.declare import either_sign, parameter
 
 
 class ClockOffset(AbstractEffect):
@@ -17,10 +18,18 @@ class ClockOffset(AbstractEffect):
     the stroke sensor where the pressure hardly moves, entrained air (the load is late too).
     """
 
-    delay: Array = parameter("pressure_delay", r"d_p", "s", either_sign(0.02), absent=0.0)
+    delay: Array = parameter(
+        "pressure_delay",
+        r"d_p",
+        "s",
+        either_sign(0.02),
+        meaning="delay of the pressure's time stamps",
+        absent=0.0,
+    )
 
     name: ClassVar[str] = "clock-offset"
     equation: ClassVar[str] = "sensor"
+    phrase: ClassVar[str] = "the pressure's time stamps are shifted against the others"
     source: ClassVar[str] = (
         "paper, Construction of the hydraulic rig: a field computer and a CR6 logger both record"
     )

@@ -5,7 +5,8 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import MOTION, AbstractEffect, Action, State, either_sign, parameter
+from rigid.effects.base import MOTION, AbstractEffect, Action, State
+from rigid.effects.declare import either_sign, parameter
 
 
 class ConstantForce(AbstractEffect):
@@ -21,10 +22,18 @@ class ConstantForce(AbstractEffect):
     A release swings about another place of rest, with the same acceleration.
     """
 
-    force: Array = parameter("F_constant", r"F_\mathrm{c}", "N", either_sign(500.0), absent=0.0)
+    force: Array = parameter(
+        "F_constant",
+        r"F_\mathrm{c}",
+        "N",
+        either_sign(500.0),
+        meaning="constant force on the plunger",
+        absent=0.0,
+    )
 
     name: ClassVar[str] = "constant-force"
     equation: ClassVar[str] = "plunger-momentum"
+    phrase: ClassVar[str] = "a constant force on the plunger"
     source: ClassVar[str] = "paper, eq. (3), with a constant beside F_Ice"
     steady: ClassVar[bool] = True
     kinds: ClassVar[tuple[str, ...] | None] = ("frame", "free-run", "field", MOTION)

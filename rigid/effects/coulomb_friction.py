@@ -4,8 +4,9 @@ from typing import ClassVar
 
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, any_size, parameter
+from rigid.effects.base import AbstractEffect, Action, State
 from rigid.effects.bristle import share_rate
+from rigid.effects.declare import any_size, parameter
 
 
 class CoulombFriction(AbstractEffect):
@@ -16,10 +17,18 @@ class CoulombFriction(AbstractEffect):
     pressure-dependent friction at one load; a return spring while the plunger only goes out.
     """
 
-    force: Array = parameter("F_C", r"F_\mathrm{C}", "N", any_size(500.0), absent=0.0)
+    force: Array = parameter(
+        "F_C",
+        r"F_\mathrm{C}",
+        "N",
+        any_size(500.0),
+        meaning="dry friction while sliding",
+        absent=0.0,
+    )
 
     name: ClassVar[str] = "coulomb-friction"
     equation: ClassVar[str] = "plunger-momentum"
+    phrase: ClassVar[str] = "a friction force on the plunger that does not depend on speed"
     source: ClassVar[str] = "Dahl 1968, TOR-0158(3107-18)-1, exponent 1, stiff"
     scales: ClassVar[tuple[float, ...]] = (1.0,)
     bristle: ClassVar[bool] = True

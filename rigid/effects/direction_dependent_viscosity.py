@@ -5,7 +5,8 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, either_sign, parameter
+from rigid.effects.base import AbstractEffect, Action, State
+from rigid.effects.declare import either_sign, parameter
 
 SWITCH_SPEED = 1e-4
 """Speed [m/s] about which the coefficient changes over: a tenth of the slowest driven sliding."""
@@ -23,11 +24,17 @@ class DirectionDependentViscosity(AbstractEffect):
     """
 
     coefficient: Array = parameter(
-        "mu_back", r"\mu_\mathrm{b}", "N s/m", either_sign(5e4), absent=0.0
+        "mu_back",
+        r"\mu_\mathrm{b}",
+        "N s/m",
+        either_sign(5e4),
+        meaning="excess of the viscous coefficient on the way back",
+        absent=0.0,
     )
 
     name: ClassVar[str] = "direction-dependent-viscosity"
     equation: ClassVar[str] = "plunger-momentum"
+    phrase: ClassVar[str] = "the viscous coefficient differs by direction"
     source: ClassVar[str] = (
         "paper, eq. (8), with a coefficient for each direction; wiper and lip seals are not "
         "symmetric, Mueller and Nau 1998, Fluid Sealing Technology"

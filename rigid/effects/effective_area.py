@@ -4,7 +4,8 @@ from typing import ClassVar
 
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, either_sign, parameter
+from rigid.effects.base import AbstractEffect, Action, State
+from rigid.effects.declare import either_sign, parameter
 
 
 class EffectiveArea(AbstractEffect):
@@ -22,10 +23,18 @@ class EffectiveArea(AbstractEffect):
     not grow with pressure).
     """
 
-    excess: Array = parameter("area_excess", r"\delta_S", "1", either_sign(0.02), absent=0.0)
+    excess: Array = parameter(
+        "area_excess",
+        r"\delta_S",
+        "1",
+        either_sign(0.02),
+        meaning="excess of the effective area over the nominal one",
+        absent=0.0,
+    )
 
     name: ClassVar[str] = "effective-area"
     equation: ClassVar[str] = "oil-balance"
+    phrase: ClassVar[str] = "the pressure acts on another area than the nominal one"
     source: ClassVar[str] = (
         "paper, eqs. (5) and (8), with another S; S = 44.2 cm2 is nominal, eq. (1)"
     )

@@ -5,7 +5,8 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, any_size, parameter
+from rigid.effects.base import AbstractEffect, Action, State
+from rigid.effects.declare import any_size, parameter
 
 ATMOSPHERE = 101325.0  # Pa
 FLOOR = 1e4
@@ -29,11 +30,17 @@ class EntrainedAir(AbstractEffect):
     """
 
     fraction: Array = parameter(
-        "air_fraction", r"\alpha_\mathrm{a}", "1", any_size(2e-3), absent=0.0
+        "air_fraction",
+        r"\alpha_\mathrm{a}",
+        "1",
+        any_size(2e-3),
+        meaning="share of air in the oil at atmospheric pressure",
+        absent=0.0,
     )
 
     name: ClassVar[str] = "entrained-air"
     equation: ClassVar[str] = "oil-balance"
+    phrase: ClassVar[str] = "air in the oil makes it softer at low pressure"
     source: ClassVar[str] = (
         "Merritt 1967, Hydraulic Control Systems, ch. 2; Gholizadeh, Burton and Schoenau 2011, "
         "Fluid bulk modulus: a literature survey, Int. J. Fluid Power 12(3); here isothermal"

@@ -4,7 +4,8 @@ from typing import ClassVar
 
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, Seen, State, any_size, parameter
+from rigid.effects.base import AbstractEffect, Action, Seen, State
+from rigid.effects.declare import any_size, parameter
 
 
 class FreeRootPlate(AbstractEffect):
@@ -21,11 +22,17 @@ class FreeRootPlate(AbstractEffect):
     """
 
     inverse_mass: Array = parameter(
-        "inverse_M_root", r"1/M_\mathrm{RP}", "1/kg", any_size(1.0 / 175.0), absent=0.0
+        "inverse_M_root",
+        r"1/M_\mathrm{RP}",
+        "1/kg",
+        any_size(1.0 / 175.0),
+        meaning="one over the mass of the root plate",
+        absent=0.0,
     )
 
     name: ClassVar[str] = "free-root-plate"
     equation: ClassVar[str] = "root"
+    phrase: ClassVar[str] = "the plate behind the load-cell end moves instead of standing still"
     source: ClassVar[str] = (
         "Newton's third law on F_LC, eq. (2), whose root plate RP the paper assumes fixed, though "
         "the rig hangs during a release; the usual 175 kg is a guess near the other plate"

@@ -6,14 +6,8 @@ from typing import ClassVar
 
 from jax import Array
 
-from rigid.effects.base import (
-    STEADY_FRICTION,
-    AbstractEffect,
-    Action,
-    State,
-    lognormal,
-    parameter,
-)
+from rigid.effects.base import AbstractEffect, Action, State
+from rigid.effects.declare import STEADY_FRICTION, lognormal, parameter
 
 
 class FrequencyDependentFriction(AbstractEffect):
@@ -30,15 +24,24 @@ class FrequencyDependentFriction(AbstractEffect):
         "N s/m",
         lognormal(5e5, 5.0),
         lognormal(1e5, 5.0),
+        meaning="friction coefficient of a branch with memory",
         absent=0.0,
         part_of=STEADY_FRICTION,
     )
     branch_time: Array = parameter(
-        "tau_branch", r"\tau_i", "s", lognormal(0.2, 2.0), lognormal(8e-3, 2.0)
+        "tau_branch",
+        r"\tau_i",
+        "s",
+        lognormal(0.2, 2.0),
+        lognormal(8e-3, 2.0),
+        meaning="memory of a branch of friction",
     )
 
     name: ClassVar[str] = "frequency-dependent-friction"
     equation: ClassVar[str] = "plunger-momentum"
+    phrase: ClassVar[str] = (
+        "friction with a memory: its coefficient depends on how fast the motion changes"
+    )
     source: ClassVar[str] = "generalised Maxwell model; Ferry, Viscoelastic Properties, ch. 1"
     steady: ClassVar[bool] = True
     scales: ClassVar[tuple[float, ...]] = (1e3, 1e3)

@@ -4,7 +4,8 @@ from typing import ClassVar
 
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, Distortion, Seen, State, any_size, parameter
+from rigid.effects.base import AbstractEffect, Action, Distortion, Seen, State
+from rigid.effects.declare import any_size, parameter
 
 
 class HosePressureDrop(AbstractEffect):
@@ -22,10 +23,21 @@ class HosePressureDrop(AbstractEffect):
     zero while the valve is open.
     """
 
-    resistance: Array = parameter("R_hose", r"R_\mathrm{h}", "Pa s/m^3", any_size(5e9), absent=0.0)
+    resistance: Array = parameter(
+        "R_hose",
+        r"R_\mathrm{h}",
+        "Pa s/m^3",
+        any_size(5e9),
+        meaning="pressure drop of the hose per flow",
+        absent=0.0,
+    )
 
     name: ClassVar[str] = "hose-pressure-drop"
     equation: ClassVar[str] = "sensor"
+    phrase: ClassVar[str] = (
+        "the gauge sits before the hose and reads the pressure in the cylinder "
+        "plus a drop that grows with the flow"
+    )
     source: ClassVar[str] = "Hagen-Poiseuille, R = 128 eta L/(pi d^4)"
     steady: ClassVar[bool] = True
     kinds: ClassVar[tuple[str, ...] | None] = ("frame", "free-run", "field")

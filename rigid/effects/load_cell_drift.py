@@ -5,15 +5,8 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import (
-    AbstractEffect,
-    Action,
-    Distortion,
-    Seen,
-    State,
-    either_sign,
-    parameter,
-)
+from rigid.effects.base import AbstractEffect, Action, Distortion, Seen, State
+from rigid.effects.declare import either_sign, parameter
 
 
 class LoadCellDrift(AbstractEffect):
@@ -27,10 +20,18 @@ class LoadCellDrift(AbstractEffect):
     pressure rises, and with the stroke), the load cell's gain where load grows all the time.
     """
 
-    rate: Array = parameter("load_drift", r"D", "N/s", either_sign(15.0), absent=0.0)
+    rate: Array = parameter(
+        "load_drift",
+        r"D",
+        "N/s",
+        either_sign(15.0),
+        meaning="drift of the load cell's zero",
+        absent=0.0,
+    )
 
     name: ClassVar[str] = "load-cell-drift"
     equation: ClassVar[str] = "sensor"
+    phrase: ClassVar[str] = "the load cell's zero moves with time"
     source: ClassVar[str] = "first term in time of a zero that follows the cell's temperature"
     steady: ClassVar[bool] = True
     scales: ClassVar[tuple[float, ...]] = (1e2,)

@@ -5,7 +5,8 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, any_size, parameter
+from rigid.effects.base import AbstractEffect, Action, State
+from rigid.effects.declare import any_size, parameter
 
 
 class LoadCellStiffening(AbstractEffect):
@@ -21,10 +22,18 @@ class LoadCellStiffening(AbstractEffect):
     entrained air at low load, k_LC itself where all records reach the same load.
     """
 
-    growth: Array = parameter("k_stiffening", r"k'_\mathrm{LC}", "N/m^2", any_size(6e9), absent=0.0)
+    growth: Array = parameter(
+        "k_stiffening",
+        r"k'_\mathrm{LC}",
+        "N/m^2",
+        any_size(6e9),
+        meaning="growth of the stiffness of the load-cell end with its shortening",
+        absent=0.0,
+    )
 
     name: ClassVar[str] = "load-cell-stiffening"
     equation: ClassVar[str] = "load-cell"
+    phrase: ClassVar[str] = "the load-cell end grows stiffer with load"
     source: ClassVar[str] = (
         "paper, Fig. 6: force against stroke is straight beyond 1 mm only; the next term of eq. (8)"
     )

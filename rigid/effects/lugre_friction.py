@@ -4,8 +4,9 @@ from typing import ClassVar
 
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, any_size, lognormal, parameter
+from rigid.effects.base import AbstractEffect, Action, State
 from rigid.effects.bristle import share_rate, stribeck_limit
+from rigid.effects.declare import any_size, lognormal, parameter
 
 
 class LuGreFriction(AbstractEffect):
@@ -18,14 +19,46 @@ class LuGreFriction(AbstractEffect):
     in the release the storage of a branch with memory.
     """
 
-    force: Array = parameter("F_C", r"F_\mathrm{C}", "N", any_size(500.0), absent=0.0)
-    excess: Array = parameter("stribeck_excess", r"e_\mathrm{S}", "1", lognormal(0.5, 2.0))
-    speed: Array = parameter("v_stribeck", r"v_\mathrm{S}", "m/s", lognormal(2e-3, 2.0))
-    bending: Array = parameter("z_bristle", r"z_\mathrm{s}", "m", lognormal(1e-4, 3.0))
-    delay: Array = parameter("bristle_time", r"t_\mathrm{b}", "s", lognormal(2e-3, 3.0))
+    force: Array = parameter(
+        "F_C",
+        r"F_\mathrm{C}",
+        "N",
+        any_size(500.0),
+        meaning="dry friction while sliding",
+        absent=0.0,
+    )
+    excess: Array = parameter(
+        "stribeck_excess",
+        r"e_\mathrm{S}",
+        "1",
+        lognormal(0.5, 2.0),
+        meaning="excess of dry friction at rest over that while sliding",
+    )
+    speed: Array = parameter(
+        "v_stribeck",
+        r"v_\mathrm{S}",
+        "m/s",
+        lognormal(2e-3, 2.0),
+        meaning="speed over which dry friction falls",
+    )
+    bending: Array = parameter(
+        "z_bristle",
+        r"z_\mathrm{s}",
+        "m",
+        lognormal(1e-4, 3.0),
+        meaning="bending at which a bristle slides",
+    )
+    delay: Array = parameter(
+        "bristle_time",
+        r"t_\mathrm{b}",
+        "s",
+        lognormal(2e-3, 3.0),
+        meaning="time in which a bristle's own damping acts",
+    )
 
     name: ClassVar[str] = "lugre-friction"
     equation: ClassVar[str] = "plunger-momentum"
+    phrase: ClassVar[str] = "a friction force of bristles that bend before they slide"
     source: ClassVar[str] = "Canudas de Wit et al. 1995, IEEE Trans. Autom. Control 40(3)"
     scales: ClassVar[tuple[float, ...]] = (1.0,)
     bristle: ClassVar[bool] = True

@@ -4,7 +4,8 @@ from typing import ClassVar
 
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, any_size, parameter
+from rigid.effects.base import AbstractEffect, Action, State
+from rigid.effects.declare import any_size, parameter
 
 
 class PistonLeakage(AbstractEffect):
@@ -18,11 +19,17 @@ class PistonLeakage(AbstractEffect):
     """
 
     conductance: Array = parameter(
-        "C_leak", r"C_\mathrm{leak}", "m^3/(s Pa)", any_size(3e-15), absent=0.0
+        "C_leak",
+        r"C_\mathrm{leak}",
+        "m^3/(s Pa)",
+        any_size(3e-15),
+        meaning="leakage per pressure",
+        absent=0.0,
     )
 
     name: ClassVar[str] = "piston-leakage"
     equation: ClassVar[str] = "oil-balance"
+    phrase: ClassVar[str] = "oil leaks past the piston, in proportion to the pressure"
     source: ClassVar[str] = "Merritt 1967, Hydraulic Control Systems, ch. 6, leakage coefficient"
     steady: ClassVar[bool] = True
 

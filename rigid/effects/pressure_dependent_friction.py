@@ -5,8 +5,9 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, any_size, parameter
+from rigid.effects.base import AbstractEffect, Action, State
 from rigid.effects.bristle import share_rate
+from rigid.effects.declare import any_size, parameter
 
 LEAST_PRESSURE = 1e4
 """Pascal over which the seal's force sets in, so that suction does not turn it round."""
@@ -30,10 +31,18 @@ class PressureDependentFriction(AbstractEffect):
     Coulomb friction at one load.
     """
 
-    coefficient: Array = parameter("c_seal", r"c_\mathrm{s}", "m^2", any_size(5e-5), absent=0.0)
+    coefficient: Array = parameter(
+        "c_seal",
+        r"c_\mathrm{s}",
+        "m^2",
+        any_size(5e-5),
+        meaning="seal friction per pressure",
+        absent=0.0,
+    )
 
     name: ClassVar[str] = "pressure-dependent-friction"
     equation: ClassVar[str] = "plunger-momentum"
+    phrase: ClassVar[str] = "seal friction that grows with the oil pressure"
     source: ClassVar[str] = "seal friction by contact pressure; Dahl's bristle as for Coulomb"
     scales: ClassVar[tuple[float, ...]] = (1.0,)
     bristle: ClassVar[bool] = True

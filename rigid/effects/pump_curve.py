@@ -5,7 +5,8 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, fixed, parameter
+from rigid.effects.base import AbstractEffect, Action, State
+from rigid.effects.declare import fixed, parameter
 
 LITRE_PER_MINUTE = 1e-3 / 60.0  # m^3/s
 MEAN_FLOW = 6.645 * LITRE_PER_MINUTE  # eq. (22)
@@ -16,10 +17,17 @@ STEEPNESS = 0.05e-5  # 1/Pa; eq. (22) has 0.05 per bar
 class PumpCurve(AbstractEffect):
     """Flow of the two-stage pump, fast below p_max and slow above."""
 
-    switch_pressure: Array = parameter("p_max", r"p_\mathrm{max}", "Pa", fixed(700e5))
+    switch_pressure: Array = parameter(
+        "p_max",
+        r"p_\mathrm{max}",
+        "Pa",
+        fixed(700e5),
+        meaning="pressure at which the pump changes its stage by eq. (22)",
+    )
 
     name: ClassVar[str] = "pump-curve"
     equation: ClassVar[str] = "pump"
+    phrase: ClassVar[str] = "the pump delivers less at high pressure"
     source: ClassVar[str] = "paper, eq. (22) as printed, pressures in bar there"
     steady: ClassVar[bool] = True
 

@@ -5,14 +5,8 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import (
-    AbstractEffect,
-    Action,
-    State,
-    any_size,
-    lognormal,
-    parameter,
-)
+from rigid.effects.base import AbstractEffect, Action, State
+from rigid.effects.declare import any_size, lognormal, parameter
 from rigid.effects.pump_curve import HALF_DROP, MEAN_FLOW
 
 
@@ -30,11 +24,21 @@ class PumpRipple(AbstractEffect):
     A line above half the sampling frequency appears at its alias.
     """
 
-    amplitude: Array = parameter("ripple", r"a_\mathrm{r}", "1", any_size(0.03), absent=0.0)
-    frequency: Array = parameter("f_ripple", r"f_\mathrm{r}", "Hz", lognormal(8.0, 2.0))
+    amplitude: Array = parameter(
+        "ripple",
+        r"a_\mathrm{r}",
+        "1",
+        any_size(0.03),
+        meaning="amplitude of the ripple as a share of the pump's flow",
+        absent=0.0,
+    )
+    frequency: Array = parameter(
+        "f_ripple", r"f_\mathrm{r}", "Hz", lognormal(8.0, 2.0), meaning="frequency of the ripple"
+    )
 
     name: ClassVar[str] = "pump-ripple"
     equation: ClassVar[str] = "pump"
+    phrase: ClassVar[str] = "a periodic part of the pump's flow"
     source: ClassVar[str] = (
         "first harmonic of a periodic delivery; Merritt 1967, ch. 4, pump ripple"
     )

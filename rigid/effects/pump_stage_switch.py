@@ -5,15 +5,8 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import (
-    AbstractEffect,
-    Action,
-    State,
-    lognormal,
-    parameter,
-    truncated_normal,
-    uniform,
-)
+from rigid.effects.base import AbstractEffect, Action, State
+from rigid.effects.declare import lognormal, parameter, truncated_normal, uniform
 from rigid.effects.pump_curve import HALF_DROP, STEEPNESS
 
 
@@ -33,13 +26,31 @@ class PumpStageSwitch(AbstractEffect):
     """
 
     drop: Array = parameter(
-        "stage_drop", r"d_\mathrm{s}", "1", truncated_normal(1.0, 0.05, 0.0, 1.15), absent=0.0
+        "stage_drop",
+        r"d_\mathrm{s}",
+        "1",
+        truncated_normal(1.0, 0.05, 0.0, 1.15),
+        meaning="share of the drop between the pump's stages",
+        absent=0.0,
     )
-    pressure: Array = parameter("p_stage", r"p_\mathrm{s}", "Pa", uniform(100e5, 700e5))
-    width: Array = parameter("stage_width", r"w_\mathrm{s}", "Pa", lognormal(1.0 / STEEPNESS, 2.0))
+    pressure: Array = parameter(
+        "p_stage",
+        r"p_\mathrm{s}",
+        "Pa",
+        uniform(100e5, 700e5),
+        meaning="pressure at which the pump changes its stage",
+    )
+    width: Array = parameter(
+        "stage_width",
+        r"w_\mathrm{s}",
+        "Pa",
+        lognormal(1.0 / STEEPNESS, 2.0),
+        meaning="width of that change in pressure",
+    )
 
     name: ClassVar[str] = "pump-stage-switch"
     equation: ClassVar[str] = "pump"
+    phrase: ClassVar[str] = "the pump changes to its slow stage earlier than its curve says"
     source: ClassVar[str] = (
         "paper, Construction of the hydraulic rig: the fast stage serves loads below 60 kN a "
         "cylinder, 136 bar, where eq. (22) has 700 bar (the prior: anything between); flows and "

@@ -5,7 +5,8 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, any_size, parameter
+from rigid.effects.base import AbstractEffect, Action, State
+from rigid.effects.declare import any_size, parameter
 
 STOP_GIVE = 0.2e-3
 """Stroke [m] over which the end stop hands the preload over to the oil: one step of the stroke
@@ -26,11 +27,26 @@ class ReturnSpring(AbstractEffect):
     A release, 0.1 mm of motion away from the stop, does not feel it.
     """
 
-    preload: Array = parameter("F_return", r"F_0", "N", any_size(1e3), absent=0.0)
-    rate: Array = parameter("k_return", r"k_\mathrm{r}", "N/m", any_size(5e3), absent=0.0)
+    preload: Array = parameter(
+        "F_return",
+        r"F_0",
+        "N",
+        any_size(1e3),
+        meaning="force of the return spring at zero stroke",
+        absent=0.0,
+    )
+    rate: Array = parameter(
+        "k_return",
+        r"k_\mathrm{r}",
+        "N/m",
+        any_size(5e3),
+        meaning="stiffness of the return spring",
+        absent=0.0,
+    )
 
     name: ClassVar[str] = "return-spring"
     equation: ClassVar[str] = "plunger-momentum"
+    phrase: ClassVar[str] = "a spring or a back pressure pushes the plunger back into the cylinder"
     source: ClassVar[str] = (
         "Hooke's law with a preload; the paper's eq. (18) puts all of S p in a free run to "
         "friction and leaves out the rod side"

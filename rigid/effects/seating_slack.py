@@ -5,7 +5,8 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, any_size, parameter
+from rigid.effects.base import AbstractEffect, Action, State
+from rigid.effects.declare import any_size, parameter
 
 TOE = 5e-6
 """Length [m] over which a seat without slack would close, a part of what a pump that feeds a frame
@@ -28,10 +29,15 @@ class SeatingSlack(AbstractEffect):
     the foot is past.
     """
 
-    slack: Array = parameter("slack", r"s", "m", any_size(3e-4), absent=0.0)
+    slack: Array = parameter(
+        "slack", r"s", "m", any_size(3e-4), meaning="travel until the plate is seated", absent=0.0
+    )
 
     name: ClassVar[str] = "seating-slack"
     equation: ClassVar[str] = "contact"
+    phrase: ClassVar[str] = (
+        "clearance or a soft seat is taken up before the plate is in full contact"
+    )
     source: ClassVar[str] = (
         "paper, Calibration experiments: force against stroke is straight beyond 1 mm, which is "
         "taken as an offset; the form of the toe is a choice"

@@ -4,8 +4,9 @@ from typing import ClassVar
 
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, any_size, lognormal, parameter
+from rigid.effects.base import AbstractEffect, Action, State
 from rigid.effects.bristle import share_rate, stribeck_limit
+from rigid.effects.declare import any_size, lognormal, parameter
 
 
 class StribeckFriction(AbstractEffect):
@@ -15,12 +16,32 @@ class StribeckFriction(AbstractEffect):
     Siblings: Coulomb friction, which it is where no record is slow enough; friction of bristles.
     """
 
-    force: Array = parameter("F_C", r"F_\mathrm{C}", "N", any_size(500.0), absent=0.0)
-    excess: Array = parameter("stribeck_excess", r"e_\mathrm{S}", "1", lognormal(0.5, 2.0))
-    speed: Array = parameter("v_stribeck", r"v_\mathrm{S}", "m/s", lognormal(2e-3, 2.0))
+    force: Array = parameter(
+        "F_C",
+        r"F_\mathrm{C}",
+        "N",
+        any_size(500.0),
+        meaning="dry friction while sliding",
+        absent=0.0,
+    )
+    excess: Array = parameter(
+        "stribeck_excess",
+        r"e_\mathrm{S}",
+        "1",
+        lognormal(0.5, 2.0),
+        meaning="excess of dry friction at rest over that while sliding",
+    )
+    speed: Array = parameter(
+        "v_stribeck",
+        r"v_\mathrm{S}",
+        "m/s",
+        lognormal(2e-3, 2.0),
+        meaning="speed over which dry friction falls",
+    )
 
     name: ClassVar[str] = "stribeck-friction"
     equation: ClassVar[str] = "plunger-momentum"
+    phrase: ClassVar[str] = "a friction force that falls as the plunger starts to move"
     source: ClassVar[str] = "Armstrong-Helouvry, Dupont, Canudas de Wit 1994, Automatica 30(7)"
     scales: ClassVar[tuple[float, ...]] = (1.0,)
     bristle: ClassVar[bool] = True

@@ -5,7 +5,8 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, Distortion, Seen, State, any_size, parameter
+from rigid.effects.base import AbstractEffect, Action, Distortion, Seen, State
+from rigid.effects.declare import any_size, parameter
 
 QUICKEST = 1e-3
 """Time [s] on which the filter works where nothing lags: a tenth of a sampling interval."""
@@ -23,10 +24,18 @@ class StrokeSensorLag(AbstractEffect):
     in a lag, sharp in an offset), the stroke's zero in a free run at one speed.
     """
 
-    time: Array = parameter("tau_stroke", r"\tau_\mathrm{SS}", "s", any_size(0.03), absent=0.0)
+    time: Array = parameter(
+        "tau_stroke",
+        r"\tau_\mathrm{SS}",
+        "s",
+        any_size(0.03),
+        meaning="time constant of the stroke sensor",
+        absent=0.0,
+    )
 
     name: ClassVar[str] = "stroke-sensor-lag"
     equation: ClassVar[str] = "sensor"
+    phrase: ClassVar[str] = "the stroke sensor follows late"
     source: ClassVar[str] = "first-order low pass, as signal conditioners have it"
     steady: ClassVar[bool] = True
     scales: ClassVar[tuple[float, ...]] = (1e-2,)

@@ -5,15 +5,8 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import (
-    AbstractEffect,
-    Action,
-    State,
-    either_sign,
-    lognormal,
-    parameter,
-    uniform,
-)
+from rigid.effects.base import AbstractEffect, Action, State
+from rigid.effects.declare import either_sign, lognormal, parameter, uniform
 from rigid.effects.pump_curve import HALF_DROP, MEAN_FLOW
 
 EDGE = 0.05
@@ -33,12 +26,30 @@ class ValveEvent(AbstractEffect):
     event is as long as the record, a wrong instant of the valve where it is at a switch.
     """
 
-    size: Array = parameter("event_size", r"\ln r_\mathrm{e}", "1", either_sign(0.3), absent=0.0)
-    start: Array = parameter("event_start", r"t_\mathrm{e}", "s", uniform(0.0, 10.0))
-    duration: Array = parameter("event_duration", r"d_\mathrm{e}", "s", lognormal(0.7, 2.0))
+    size: Array = parameter(
+        "event_size",
+        r"\ln r_\mathrm{e}",
+        "1",
+        either_sign(0.3),
+        meaning="log of the factor on the flow that the valve passes",
+        absent=0.0,
+    )
+    start: Array = parameter(
+        "event_start",
+        r"t_\mathrm{e}",
+        "s",
+        uniform(0.0, 10.0),
+        meaning="time at which the event begins",
+    )
+    duration: Array = parameter(
+        "event_duration", r"d_\mathrm{e}", "s", lognormal(0.7, 2.0), meaning="duration of the event"
+    )
 
     name: ClassVar[str] = "valve-event"
     equation: ClassVar[str] = "pump"
+    phrase: ClassVar[str] = (
+        "for a stretch of one record the valve passes another fraction of the flow"
+    )
     source: ClassVar[str] = (
         "paper, eq. (4): kappa depends on time; Numerical simulations: the valve of cylinder B was "
         "moved by hand during the test"

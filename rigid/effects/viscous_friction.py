@@ -5,25 +5,26 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import (
-    STEADY_FRICTION,
-    AbstractEffect,
-    Action,
-    State,
-    lognormal,
-    parameter,
-)
+from rigid.effects.base import AbstractEffect, Action, State
+from rigid.effects.declare import STEADY_FRICTION, lognormal, parameter
 
 
 class ViscousFriction(AbstractEffect):
     """Friction F_f = -mu v_SS on the plunger; beside branches with memory, mu is the rest."""
 
     coefficient: Array = parameter(
-        "mu", r"\mu", "N s/m", lognormal(1e5, 10.0), absent=0.0, part_of=STEADY_FRICTION
+        "mu",
+        r"\mu",
+        "N s/m",
+        lognormal(1e5, 10.0),
+        meaning="viscous friction coefficient",
+        absent=0.0,
+        part_of=STEADY_FRICTION,
     )
 
     name: ClassVar[str] = "viscous-friction"
     equation: ClassVar[str] = "plunger-momentum"
+    phrase: ClassVar[str] = "friction in proportion to the speed between plunger and cylinder"
     source: ClassVar[str] = "paper, eq. (8)"
     steady: ClassVar[bool] = True
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -25,21 +26,31 @@ from rigid.report.templating import environment
 NAME, ORDER = "discovery", 30
 
 
+class Moved(NamedTuple):
+    """A quoted number without and with an effect: medians, and by how many sds of the later fit."""
+
+    label: str
+    means: str
+    unit: str
+    before: float
+    after: float
+    sds: float
+
+
 @dataclass(frozen=True, eq=False)
 class StepContent:
     """One turn: sentences and tables of what was found, added and moved.
 
     - `sentences`. - `odds`: (name, probability, log Bayes factor, how it was found).
-    - `parameters`: (name, unit, q05, median, q95).
-    - `moved`: (name, unit, before, after, by how many standard deviations).
+    - `parameters`: (name, meaning, unit, q05, median, q95). - `moved`: quoted numbers.
     - `gaps`: (what, before, after). - `against`, `residuals`, `hidden`: for the figures.
     """
 
     heading: str
     sentences: tuple[str, ...]
     odds: tuple[tuple[str, float, float, str], ...]
-    parameters: tuple[tuple[str, str, float, float, float], ...]
-    moved: tuple[tuple[str, str, float, float, float], ...]
+    parameters: tuple[tuple[str, str, str, float, float, float], ...]
+    moved: tuple[Moved, ...]
     gaps: tuple[tuple[str, str, str], ...]
     against: AgainstShown | None
     residuals: tuple[ResidualShown, ...]
@@ -50,7 +61,8 @@ class StepContent:
 class DiscoveryContent:
     """The section, complete.
 
-    - `ruling`: the verdict in a sentence. - `lead`: what a reader asks first, and the answers.
+    - `ruling`: the verdict in a sentence. - `lead`: what a reader asks first, and the answers, a
+      paragraph for each step.
     - `steps`. - `ending`: what is left at the end.
     - `where`: a sentence on where model and records disagree, and a row for each disagreement:
       (channel, over what, from where to where, p-value, p-value with what was added).
@@ -64,7 +76,7 @@ class DiscoveryContent:
     simulated: bool
     verdict: str
     ruling: str
-    lead: tuple[tuple[str, str], ...]
+    lead: tuple[tuple[str, tuple[str, ...]], ...]
     steps: tuple[StepContent, ...]
     where: tuple[str, tuple[tuple[str, str, str, str, str], ...]]
     compared: ComparedShown

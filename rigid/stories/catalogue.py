@@ -3,7 +3,7 @@
 import numpy as np
 
 from rigid.effects import CATALOGUE
-from rigid.effects.base import PriorDescription
+from rigid.effects.declare import PriorDescription
 from rigid.priors import AbstractLaw, make_law
 from rigid.stories.quantities import Effects, Response, Values, response, superposed
 from rigid.stories.rod_side import RodSideChamber

@@ -4,7 +4,8 @@ from typing import ClassVar
 
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, lognormal, parameter
+from rigid.effects.base import AbstractEffect, Action, State
+from rigid.effects.declare import lognormal, parameter
 
 BORE_AREA = 44.2e-4  # m^2; S_Pl, paper, eq. (1)
 ROD_AREA = 3.141592653589793 * 0.05**2 / 4  # m^2; plunger of 5 cm, "Construction"

@@ -9,7 +9,8 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, State, fixed, parameter
+from rigid.effects.base import AbstractEffect, Action, State
+from rigid.effects.declare import fixed, parameter
 
 VARIABLES = ("time", "pressure", "stroke", "speed")
 """What a hidden force or flow may follow."""

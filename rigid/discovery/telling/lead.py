@@ -5,10 +5,11 @@ import numpy as np
 from rigid.discovery.judging import gap
 from rigid.discovery.refit import Refit
 from rigid.discovery.telling.output import added_labels, alternatives, interval, quoted
-from rigid.discovery.telling.words import WORDS
+from rigid.discovery.telling.words import called, introduced, meaning, meanings
 from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained
 from rigid.discovery.workflow import Outcome, Step
 from rigid.plots.metrology import median_and_interval, significant
+from rigid.report.discovery import Moved
 
 TOLD_MOVES = 3
 SHOWN = 5.0
@@ -29,38 +30,33 @@ def ruling(outcome: Outcome) -> str:
     return "Something is missing, and no effect of the catalogue explains it."
 
 
-def lead(outcome: Outcome, extended: str | None) -> tuple[tuple[str, str], ...]:
-    """Questions that a reader has, and the answers, in order.
+def lead(outcome: Outcome, extended: str | None) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    """Questions that a reader has, and the answers, in order; a paragraph for each step.
 
     - `extended`: the path of the spec with what was added, None where nothing was.
     """
     if not outcome.steps:
         nothing = outcome.last_probability[NOTHING]
-        return (
-            (
-                "How sure?",
-                f"Of campaigns in which the model is complete, {share(outcome.last.p_value)} leave "
-                "as much over as these records do. The probability that nothing is missing is "
-                f"{nothing:.2f}. What is too weak for these records may be missing all the same: "
-                "the last table says from what size on an effect would have shown.",
-            ),
-            ("What changed?", f"Nothing was added. The gap is {gap(outcome.base):.4f}."),
+        sure = (
+            f"Of campaigns in which the model is complete, {share(outcome.last.p_value)} leave as "
+            "much over as these records do. The probability that nothing is missing is "
+            f"{nothing:.2f}. What is too weak for these records may be missing all the same: the "
+            "last table says from what size on an effect would have shown."
         )
-    out = [
-        (question, " Beside that: ".join(answer(step) for step in outcome.steps))
-        for question, answer in (("What is it?", _what), ("How sure?", _sure))
-    ]
+        still = f"Nothing was added. The gap is {gap(outcome.base):.4f}."
+        return (("How sure?", (sure,)), ("What changed?", (still,)))
+    changed = tuple(_changed(step) for step in outcome.steps)
     if extended is None:
-        out.append(
-            (
-                "What changed?",
-                "Nothing was added. Until what is missing is known, the quoted numbers stand for "
-                "whatever the model makes of it.",
-            )
+        changed = (
+            "Nothing was added. Until what is missing is known, the quoted numbers stand for "
+            "whatever the model makes of it.",
         )
-    else:
-        out.append(("What changed?", " ".join(_changed(step) for step in outcome.steps)))
-    return (*out, ("What next?", _next(outcome.steps, extended)))
+    return (
+        ("What is it?", tuple(_what(step) for step in outcome.steps)),
+        ("How sure?", tuple(_sure(step) for step in outcome.steps)),
+        ("What changed?", changed),
+        ("What next?", (_next(outcome.steps, extended),)),
+    )
 
 
 def share(p_value: float) -> str:
@@ -83,7 +79,7 @@ def _what(step: Step) -> str:
             f"{step.place.record.replace(',', ', cylinder ')}, channel {step.place.channel}."
         )
     names = [step.chosen, *(one["effect"] for one in alternatives(step))]
-    return "; or ".join(f"{name}: {WORDS[name]}" if name in WORDS else name for name in names) + "."
+    return "; or ".join(introduced(step.explained, name) for name in names) + "."
 
 
 def _sure(step: Step) -> str:
@@ -108,8 +104,10 @@ def _changed(step: Step) -> str:
         label: interval(one.after, label)
         for label in added_labels(one.after.hypothesis, step.chosen)
     }
+    means = meanings(one.after.hypothesis)
     brought = ", ".join(
-        f"{label} = {median_and_interval((v['q05'], v['median'], v['q95']), v['unit'])}"
+        f"{called(label, meaning(label, means))} = "
+        f"{median_and_interval((v['q05'], v['median'], v['q95']), v['unit'])}"
         for label, v in values.items()
     )
     before, after = step.judged.gap
@@ -119,31 +117,33 @@ def _changed(step: Step) -> str:
     )
 
 
-def told_moves(moved: tuple[tuple[str, str, float, float, float], ...]) -> str:
+def told_moves(moved: tuple[Moved, ...]) -> str:
     """The numbers that moved farthest, one of each sort: kappa of one record, not of all."""
-    far = sorted((m for m in moved if abs(m[4]) >= 1.0), key=lambda m: -abs(m[4]))
+    far = sorted((m for m in moved if abs(m.sds) >= 1.0), key=lambda m: -abs(m.sds))
     if not far:
         return "No quoted number moved by as much as its uncertainty."
-    sorts = {m[0].split("[")[0]: m for m in reversed(far)}
-    first = sorted(sorts.values(), key=lambda m: -abs(m[4]))[:TOLD_MOVES]
+    sorts = {m.label.split("[")[0]: m for m in reversed(far)}
+    first = sorted(sorts.values(), key=lambda m: -abs(m.sds))[:TOLD_MOVES]
     told = ", ".join(
-        f"{label} from {significant(before, unit, 4)} to {significant(after, unit, 4)}"
-        for label, unit, before, after, _ in first
+        f"{called(m.label, m.means)} from {significant(m.before, m.unit, 4)} to "
+        f"{significant(m.after, m.unit, 4)}"
+        for m in first
     )
     more = f", and {len(far) - len(first)} more" if len(far) > len(first) else ""
-    return f"By more than its uncertainty moved {told}{more}."
+    return f"Moved by more than its uncertainty: {told}{more}."
 
 
-def moves(one: Refit) -> tuple[tuple[str, str, float, float, float], ...]:
-    """(label, unit, before, after, moved) of the quoted numbers; moved in sds of the later fit."""
-    out = []
+def moves(one: Refit) -> tuple[Moved, ...]:
+    """How the quoted numbers moved when an effect was added."""
+    out, means = [], meanings(one.before.hypothesis)
     for label in quoted(one.before.hypothesis):
         before, after = interval(one.before, label), interval(one.after, label)
         at = [fit.hypothesis.labels.index(label) for fit in (one.before, one.after)]
         sd = float(np.sqrt(one.after.covariance[at[1], at[1]]))
         size = abs(float(one.after.w[at[1]] - one.before.w[at[0]])) / sd
-        moved = float(np.copysign(size, after["median"] - before["median"]))
-        out.append((label, before["unit"], before["median"], after["median"], moved))
+        sds = float(np.copysign(size, after["median"] - before["median"]))
+        told = before["unit"], before["median"], after["median"], sds
+        out.append(Moved(label, meaning(label, means), *told))
     return tuple(out)
 
 

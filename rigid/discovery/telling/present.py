@@ -10,7 +10,7 @@ from rigid.discovery.telling.compared import Compared, sentence, shown, table
 from rigid.discovery.telling.lead import SHOWN, chance, lead, moves, ruling, share, would_show
 from rigid.discovery.telling.residuals import against, residuals
 from rigid.discovery.telling.shown import hidden_shown
-from rigid.discovery.telling.words import WORDS
+from rigid.discovery.telling.words import introduced, meaning, meanings
 from rigid.discovery.weighing.explain import (
     NOTHING,
     PRIOR_NOTHING,
@@ -103,7 +103,7 @@ def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> St
     where = told["where"]
     name = step.chosen or "something that no effect explains"
     sentences = [
-        *([f"{name}: {WORDS[name]}."] if name in WORDS else []),
+        *([f"{introduced(step.explained, name)}."] if step.chosen else []),
         f"It shows most in record {where['record']} on cylinder {where['cylinder']}, channel "
         f"{where['channel']}"
         + (f", from {where['time_s'][0]:.2f} to {where['time_s'][1]:.2f} s" if where["time_s"]
@@ -124,12 +124,14 @@ def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> St
         sentences.append(f"What explains most: {hidden.name}{by}: {hidden.words}.")
     if step.next_record:
         sentences.append(f"The record that would tell most: {step.next_record}.")
+    means = {} if step.chosen is None else meanings(step.refits[step.chosen].after.hypothesis)
     return StepContent(
         heading=f"Step {number}: {name}",
         sentences=tuple(sentences),
         odds=_odds(step),
         parameters=tuple(
-            (k, v["unit"], v["q05"], v["median"], v["q95"]) for k, v in told["parameters"].items()
+            (k, meaning(k, means), v["unit"], v["q05"], v["median"], v["q95"])
+            for k, v in told["parameters"].items()
         ),
         moved=() if step.chosen is None else moves(step.refits[step.chosen]),
         gaps=_gaps(told["gap"]),
