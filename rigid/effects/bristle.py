@@ -7,9 +7,13 @@ Corp. TOR-0158(3107-18)-1, for a constant limit; Canudas de Wit, Olsson, Astrom 
 IEEE Trans. Automatic Control 40(3), eqs. (2)-(4), for one that falls with speed.
 """
 
+from typing import Any
+
 import jax.numpy as jnp
 from jax import Array
 from jax.typing import ArrayLike
+
+from rigid.effects.declare import any_size, lognormal, parameter
 
 PRESLIDING = 2e-5
 """Bending [m] at which a stiff bristle slides where a spec does not say: a tenth of a step of the
@@ -40,3 +44,37 @@ def stribeck_limit(slip: Array, excess: ArrayLike, speed: ArrayLike) -> Array:
     - `excess` [-]: of breaking away. - `speed` [m/s]: v_S, at which it has mostly gone.
     """
     return 1.0 + jnp.asarray(excess) * jnp.exp(-((slip / speed) ** 2))
+
+
+def sliding_force() -> Any:
+    """Declare the force F_C that every law of dry friction has."""
+    return parameter(
+        "F_C",
+        r"F_\mathrm{C}",
+        "N",
+        any_size(500.0),
+        meaning="dry friction while sliding",
+        absent=0.0,
+    )
+
+
+def stribeck_excess() -> Any:
+    """Declare how much more than F_C it takes to break away."""
+    return parameter(
+        "stribeck_excess",
+        r"e_\mathrm{S}",
+        "1",
+        lognormal(0.5, 2.0),
+        meaning="excess of dry friction at rest over that while sliding",
+    )
+
+
+def stribeck_speed() -> Any:
+    """Declare the speed at which that excess has mostly gone."""
+    return parameter(
+        "v_stribeck",
+        r"v_\mathrm{S}",
+        "m/s",
+        lognormal(2e-3, 2.0),
+        meaning="speed over which dry friction falls",
+    )

@@ -5,8 +5,7 @@ from typing import ClassVar
 from jax import Array
 
 from rigid.effects.base import AbstractEffect, Action, State
-from rigid.effects.bristle import share_rate
-from rigid.effects.declare import any_size, parameter
+from rigid.effects.bristle import share_rate, sliding_force
 
 
 class CoulombFriction(AbstractEffect):
@@ -17,14 +16,7 @@ class CoulombFriction(AbstractEffect):
     pressure-dependent friction at one load; a return spring while the plunger only goes out.
     """
 
-    force: Array = parameter(
-        "F_C",
-        r"F_\mathrm{C}",
-        "N",
-        any_size(500.0),
-        meaning="dry friction while sliding",
-        absent=0.0,
-    )
+    force: Array = sliding_force()
 
     name: ClassVar[str] = "coulomb-friction"
     equation: ClassVar[str] = "plunger-momentum"

@@ -5,8 +5,13 @@ from typing import ClassVar
 from jax import Array
 
 from rigid.effects.base import AbstractEffect, Action, State
-from rigid.effects.bristle import share_rate, stribeck_limit
-from rigid.effects.declare import any_size, lognormal, parameter
+from rigid.effects.bristle import (
+    share_rate,
+    sliding_force,
+    stribeck_excess,
+    stribeck_limit,
+    stribeck_speed,
+)
 
 
 class StribeckFriction(AbstractEffect):
@@ -16,28 +21,9 @@ class StribeckFriction(AbstractEffect):
     Siblings: Coulomb friction, which it is where no record is slow enough; friction of bristles.
     """
 
-    force: Array = parameter(
-        "F_C",
-        r"F_\mathrm{C}",
-        "N",
-        any_size(500.0),
-        meaning="dry friction while sliding",
-        absent=0.0,
-    )
-    excess: Array = parameter(
-        "stribeck_excess",
-        r"e_\mathrm{S}",
-        "1",
-        lognormal(0.5, 2.0),
-        meaning="excess of dry friction at rest over that while sliding",
-    )
-    speed: Array = parameter(
-        "v_stribeck",
-        r"v_\mathrm{S}",
-        "m/s",
-        lognormal(2e-3, 2.0),
-        meaning="speed over which dry friction falls",
-    )
+    force: Array = sliding_force()
+    excess: Array = stribeck_excess()
+    speed: Array = stribeck_speed()
 
     name: ClassVar[str] = "stribeck-friction"
     equation: ClassVar[str] = "plunger-momentum"
