@@ -2,11 +2,13 @@
 
 import re
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy.stats import chi2, norm
 
 from rigid.discovery.fitting.candidates import Candidate
+from rigid.discovery.fitting.hypothesis import Hypothesis
 from rigid.discovery.fitting.local import Local
 from rigid.discovery.fitting.samples import Channel, Layout, Terms
 from rigid.discovery.fitting.screening import Around, screen
@@ -17,6 +19,7 @@ from rigid.discovery.telling.lead import SHOWN, lead, told_moves, would_show
 from rigid.discovery.telling.present import bets
 from rigid.discovery.telling.residuals import against, line_sizes, residuals
 from rigid.discovery.telling.shown import hidden_shown
+from rigid.discovery.telling.words import KAPPA, meanings
 from rigid.discovery.unseen.bumps import Bumps, Target, together
 from rigid.discovery.unseen.crosstalk import RATES, answering
 from rigid.discovery.unseen.straight import straight
@@ -29,7 +32,10 @@ from rigid.discovery.weighing.explain import (
 from rigid.discovery.weighing.odds import MIMICS
 from rigid.discovery.workflow import Bench, Outcome, Step
 from rigid.effects import CATALOGUE
+from rigid.parameters import Parameter
 from rigid.plots.discovery import against_figure, hidden_figure, residuals_figure
+from rigid.priors import Normal
+from rigid.problem import Problem
 from rigid.report.discovery import Moved
 
 SAMPLES = 300
@@ -243,6 +249,24 @@ def test_one_number_of_each_sort_is_told_and_the_rest_counted():
 )
 def test_a_record_is_proposed_with_how_often_it_tells(apart: float, often: str):
     assert Proposal("a free run", apart).sentence.endswith(f"told apart in {often} of campaigns")
+
+
+def test_numbers_are_told_in_words_whatever_record_or_branch_they_are_of():
+    names = ("viscous-friction", "frequency-dependent-friction")
+    labels = ("mu[free-run]", "mu_branch[2]", "kappa[frame-2,B]", "L_0")
+    law = Normal(jnp.asarray(0.0), jnp.asarray(1.0))
+    model = bare(
+        Hypothesis,
+        problem=bare(Problem, effects=tuple(CATALOGUE[name] for name in names)),
+        added=(),
+        parameters=tuple(Parameter(label, label, "1", law) for label in labels),
+    )
+    assert meanings(model) == {
+        "mu[free-run]": "viscous friction coefficient",
+        "mu_branch[2]": "friction coefficient of a branch with memory",
+        "kappa[frame-2,B]": KAPPA,
+        "L_0": "",
+    }
 
 
 def test_the_answer_speaks_of_every_step():

@@ -27,7 +27,7 @@ class LoadCellStiffening(AbstractEffect):
         r"k'_\mathrm{LC}",
         "N/m^2",
         any_size(6e9),
-        meaning="growth of the stiffness of the load-cell end with its shortening",
+        meaning="growth of the stiffness of the load-cell end with its deflection",
         absent=0.0,
     )
 

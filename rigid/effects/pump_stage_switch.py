@@ -45,7 +45,7 @@ class PumpStageSwitch(AbstractEffect):
         r"w_\mathrm{s}",
         "Pa",
         lognormal(1.0 / STEEPNESS, 2.0),
-        meaning="width of that change in pressure",
+        meaning="range of pressure over which the stage changes",
     )
 
     name: ClassVar[str] = "pump-stage-switch"

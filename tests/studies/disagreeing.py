@@ -13,19 +13,18 @@ import argparse
 import datetime
 import sys
 import tempfile
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 from discovery import discovered
-from discovery_bars import share, table
+from discovery_bars import Row, of, share, table
 from discovery_cases import NAMES, Case, make
 from discovery_scores import NO_ANSWER
 from rows import carry_out, lines_of
 
 from rigid.generator.conditions import NULLS
 
-Row = Mapping
 FIRST_SEED, ORDER = 970_000, 2026
 """Of the campaigns; of the order in which they run, of which any beginning is a fair sample."""
 CLEAN, OF_EACH, STRENGTH = 60, 10, 8.0
@@ -88,8 +87,8 @@ def page(rows: Sequence[Row], planned: int) -> str:
     """Write the page."""
     looked = [row for row in rows if row["verdict"] not in NO_ANSWER]
     groups = {
-        "clean": _of(looked, "clean"),
-        "flawed, all": _of(looked, "hard"),
+        "clean": of(looked, "clean"),
+        "flawed, all": of(looked, "hard"),
         **{
             name: [row for row in looked if row["case"]["condition"] == name] for name in NULLS
         },
@@ -119,14 +118,10 @@ def page(rows: Sequence[Row], planned: int) -> str:
         table(f"| nothing is missing | campaigns | {columns} |", shares),
         table("| below 0.05 | campaigns | | bounds |", bounds),
         _alone(nulls),
-        _hidden(_of(looked, "single")),
+        _hidden(of(looked, "single")),
         f"Not looked at: {len(rows) - len(looked)}, refused or not to be made so strong.\n",
     ]
     return "\n".join(parts)
-
-
-def _of(rows: Iterable[Row], population: str) -> list[Row]:
-    return [row for row in rows if row["case"]["population"] == population]
 
 
 def _count(rows: Sequence[Row], true: Callable[[Row], bool]) -> str:

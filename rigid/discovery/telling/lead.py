@@ -5,7 +5,7 @@ import numpy as np
 from rigid.discovery.judging import gap
 from rigid.discovery.refit import Refit
 from rigid.discovery.telling.output import added_labels, alternatives, interval, quoted
-from rigid.discovery.telling.words import called, introduced, meaning, meanings
+from rigid.discovery.telling.words import called, introduced, meanings
 from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained
 from rigid.discovery.workflow import Outcome, Step
 from rigid.plots.metrology import median_and_interval, significant
@@ -45,15 +45,14 @@ def lead(outcome: Outcome, extended: str | None) -> tuple[tuple[str, tuple[str, 
         )
         still = f"Nothing was added. The gap is {gap(outcome.base):.4f}."
         return (("How sure?", (sure,)), ("What changed?", (still,)))
-    changed = tuple(_changed(step) for step in outcome.steps)
-    if extended is None:
-        changed = (
-            "Nothing was added. Until what is missing is known, the quoted numbers stand for "
-            "whatever the model makes of it.",
-        )
+    unknown = (
+        "Nothing was added. Until what is missing is known, the quoted numbers stand for whatever "
+        "the model makes of it."
+    )
+    changed = (unknown,) if extended is None else tuple(map(_changed, outcome.steps))
     return (
-        ("What is it?", tuple(_what(step) for step in outcome.steps)),
-        ("How sure?", tuple(_sure(step) for step in outcome.steps)),
+        ("What is it?", tuple(map(_what, outcome.steps))),
+        ("How sure?", tuple(map(_sure, outcome.steps))),
         ("What changed?", changed),
         ("What next?", (_next(outcome.steps, extended),)),
     )
@@ -106,7 +105,7 @@ def _changed(step: Step) -> str:
     }
     means = meanings(one.after.hypothesis)
     brought = ", ".join(
-        f"{called(label, meaning(label, means))} = "
+        f"{called(label, means[label])} = "
         f"{median_and_interval((v['q05'], v['median'], v['q95']), v['unit'])}"
         for label, v in values.items()
     )
@@ -143,7 +142,7 @@ def moves(one: Refit) -> tuple[Moved, ...]:
         size = abs(float(one.after.w[at[1]] - one.before.w[at[0]])) / sd
         sds = float(np.copysign(size, after["median"] - before["median"]))
         told = before["unit"], before["median"], after["median"], sds
-        out.append(Moved(label, meaning(label, means), *told))
+        out.append(Moved(label, means[label], *told))
     return tuple(out)
 
 

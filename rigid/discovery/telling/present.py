@@ -10,7 +10,7 @@ from rigid.discovery.telling.compared import Compared, sentence, shown, table
 from rigid.discovery.telling.lead import SHOWN, chance, lead, moves, ruling, share, would_show
 from rigid.discovery.telling.residuals import against, residuals
 from rigid.discovery.telling.shown import hidden_shown
-from rigid.discovery.telling.words import introduced, meaning, meanings
+from rigid.discovery.telling.words import introduced, meanings
 from rigid.discovery.weighing.explain import (
     NOTHING,
     PRIOR_NOTHING,
@@ -100,19 +100,13 @@ def _needed(cosine: float) -> float:
 
 
 def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> StepContent:
-    where = told["where"]
     name = step.chosen or "something that no effect explains"
+    worded = introduced(step.explained, name)
     sentences = [
-        *([f"{introduced(step.explained, name)}."] if step.chosen else []),
-        f"It shows most in record {where['record']} on cylinder {where['cylinder']}, channel "
-        f"{where['channel']}"
-        + (f", from {where['time_s'][0]:.2f} to {where['time_s'][1]:.2f} s" if where["time_s"]
-           else "")
-        + (f", a line of {where['frequency_Hz'][0]:.4g} to {where['frequency_Hz'][1]:.4g} Hz"
-           if where["frequency_Hz"] else "")
-        + f". Equation: {where['equation']}.",
+        *([f"{worded}."] if worded != name else []),
+        _shows(told["where"]),
         f"{chance(step)} All that was tried is counted.",
-    ]  # fmt: skip
+    ]
     if step.judged is not None:
         sentences.append(
             f"{_left_out(step.judged)} A placebo, an effect with another trace, explains "
@@ -130,7 +124,7 @@ def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> St
         sentences=tuple(sentences),
         odds=_odds(step),
         parameters=tuple(
-            (k, meaning(k, means), v["unit"], v["q05"], v["median"], v["q95"])
+            (k, means[k], v["unit"], v["q05"], v["median"], v["q95"])
             for k, v in told["parameters"].items()
         ),
         moved=() if step.chosen is None else moves(step.refits[step.chosen]),
@@ -138,6 +132,18 @@ def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> St
         against=against(step),
         residuals=residuals(step),
         hidden=hidden,
+    )
+
+
+def _shows(where: dict[str, Any]) -> str:
+    """Where it shows most, and in which equation."""
+    time, lines = where["time_s"], where["frequency_Hz"]
+    return (
+        f"It shows most in record {where['record']} on cylinder {where['cylinder']}, channel "
+        f"{where['channel']}"
+        + (f", from {time[0]:.2f} to {time[1]:.2f} s" if time else "")
+        + (f", a line of {lines[0]:.4g} to {lines[1]:.4g} Hz" if lines else "")
+        + f". Equation: {where['equation']}."
     )
 
 

@@ -1,7 +1,5 @@
 """Effects and their numbers in words, for a reader who has not seen the catalogue."""
 
-from collections.abc import Mapping
-
 from rigid.discovery.fitting.hypothesis import Hypothesis
 from rigid.discovery.weighing.explain import Explained
 
@@ -15,15 +13,11 @@ def introduced(found: Explained, name: str) -> str:
 
 
 def meanings(hypothesis: Hypothesis) -> dict[str, str]:
-    """What the numbers of a model mean, by label; those of each record by their common name."""
+    """What every number of a model means, by label; "" where nothing is said of it."""
     effects = (*hypothesis.problem.effects, *hypothesis.added)
-    infos = [info for effect in effects for info in effect.parameters()]
-    return {"kappa": KAPPA} | {label: info.meaning for info in infos for label in info.labels}
-
-
-def meaning(label: str, among: Mapping[str, str]) -> str:
-    """What a number means, "" where nothing is said of it; `among` as `meanings` gives it."""
-    return among.get(label) or among.get(label.split("[")[0], "")
+    told = {info.name: info.meaning for effect in effects for info in effect.parameters()}
+    told["kappa"] = KAPPA
+    return {p.label: told.get(p.base, "") for p in hypothesis.parameters}
 
 
 def called(label: str, means: str) -> str:
