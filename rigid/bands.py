@@ -4,7 +4,7 @@ import sys
 from shutil import rmtree
 from typing import TYPE_CHECKING
 
-from rigid.cli import Options, run, say
+from rigid.io.cli import Options, run, say
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -30,12 +30,12 @@ def bands(options: Options) -> int:
     named = [] if spec.bands is None else [str(path) for path, _ in spec.bands.sources]
     say(options, f"spec {spec.path}: posterior {', '.join(named) or 'not named'}")
 
-    from rigid.runtime import prepare
+    from rigid.io.runtime import prepare
 
     prepare()
     import numpy as np
 
-    from rigid.files import locked
+    from rigid.io.files import locked
     from rigid.smoothing.field import read_fields
     from rigid.smoothing.laws import draws, read_laws, some
 
@@ -60,8 +60,9 @@ def _made(
     spec: "Spec", fields: tuple, laws: "Sequence[Law]", options: Options, seed: int
 ) -> "Finished":
     """Make the bands of a test and write its files; gives what report and summary need of it."""
-    from rigid.smoothing import kept, output
-    from rigid.smoothing.present import finished
+    from rigid.report.bands import output
+    from rigid.report.bands.present import finished
+    from rigid.smoothing import kept
     from rigid.smoothing.run import bands as mixed
     from rigid.smoothing.run import blocks, ways
     from rigid.smoothing.smoother import Keeping
@@ -115,9 +116,9 @@ def _written(
     spec: "Spec", found: "list[Finished]", laws: "Sequence[Law]", options: Options, seed: int
 ) -> int:
     """Write what is told of all tests together and print the table or the JSON."""
-    from rigid.report.bands import write_report
-    from rigid.smoothing import output
-    from rigid.smoothing.present import content
+    from rigid.report.bands import output
+    from rigid.report.bands.present import content
+    from rigid.report.bands.section import write_report
 
     folder = options.folder(spec.path)
     made = output.as_dict(spec.path.stem, spec.simulated, seed, found)

@@ -4,14 +4,14 @@ import json
 import sys
 from typing import TYPE_CHECKING, NamedTuple
 
-from rigid.cli import Options, run, say
+from rigid.io.cli import Options, run, say
 
 if TYPE_CHECKING:
     from rigid.discovery.workflow import Outcome
     from rigid.effects import AbstractEffect
-    from rigid.problem import Problem
+    from rigid.io.cache import Arrays
+    from rigid.likelihood.problem import Problem
     from rigid.records.record import Record
-    from rigid.shelf import Arrays
     from rigid.spec import Spec
 
 SAYS = "Find where model and data disagree, name the missing effect, add it, show the gap shrink."
@@ -40,7 +40,7 @@ def discover(options: Options) -> int:
     spec = load_spec(find_spec(options.spec))
     say(options, f"spec {spec.path}: {len(spec.records)} records")
     asked = question(spec)
-    from rigid.files import locked
+    from rigid.io.files import locked
 
     with locked(options.folder(spec.path)):
         return _written(asked, answer(asked, options), options)
@@ -51,10 +51,10 @@ def question(spec: "Spec") -> Question:
 
     Raises InputError for records and candidates that nothing answers to.
     """
-    from rigid.runtime import prepare
+    from rigid.io.runtime import prepare
 
     prepare()
-    from rigid.assemble import assemble
+    from rigid.likelihood.assemble import assemble
     from rigid.records.read import read_records
 
     records = read_records(spec)
@@ -64,11 +64,11 @@ def question(spec: "Spec") -> Question:
 
 def answer(asked: Question, options: Options) -> "Outcome":
     """Search the best fit of the model as specified, and run the workflow from there."""
-    from rigid.assemble import given_laws
-    from rigid.discovery.bench import KEPT
+    from rigid.discovery.signatures import KEPT
     from rigid.discovery.workflow import Running
     from rigid.discovery.workflow import discover as work
-    from rigid.shelf import Shelf
+    from rigid.io.cache import Shelf
+    from rigid.likelihood.assemble import given_laws
 
     spec, seed = asked.spec, _seed(asked.spec, options)
     shelf = Shelf(options.folder(spec.path), _mark(asked, seed), options.resume)
@@ -82,8 +82,8 @@ def answer(asked: Question, options: Options) -> "Outcome":
 
 def _mark(asked: Question, seed: int) -> dict[str, str]:
     """What the search and the traces depend on."""
-    from rigid.calibrate import fingerprint
-    from rigid.catalogue import marks
+    from rigid.inference.calibrate import fingerprint
+    from rigid.likelihood.effect_lookup import marks
 
     listed = " ".join(effect.name for effect in asked.effects)
     effects = (*asked.problem.effects, *asked.effects)
@@ -96,8 +96,8 @@ def _seed(spec: "Spec", options: Options) -> int:
 
 def candidates(spec: "Spec", problem: "Problem") -> "tuple[type[AbstractEffect], ...]":
     """Effects that could be missing: those the spec names, or the catalogue, where they act."""
-    from rigid.catalogue import effects_named
     from rigid.effects import CATALOGUE
+    from rigid.likelihood.effect_lookup import effects_named
 
     named = spec.model.candidates
     listed = tuple(CATALOGUE.values())
@@ -119,7 +119,7 @@ def _best(spec: "Spec", problem: "Problem", options: Options, seed: int) -> "Arr
     """Gaussian scale and standard sensors of the best fit, with a progress bar."""
     from tqdm import tqdm
 
-    from rigid.search import settled
+    from rigid.inference.search import settled
 
     starts = min(spec.sampler.starts, STARTS)
     with tqdm(total=starts, disable=options.quiet, desc="starts") as bar:
@@ -133,11 +133,11 @@ def _advance(bar, done: int) -> None:
 
 def _written(asked: Question, outcome: "Outcome", options: Options) -> int:
     """Write every file and print the table or the JSON."""
-    from rigid.discovery.telling import compared, output
-    from rigid.discovery.telling.present import Run, content
-    from rigid.discovery.telling.terminal import table
-    from rigid.files import write_text
-    from rigid.report.discovery import write_report
+    from rigid.io.files import write_text
+    from rigid.report.discovery import compared, output
+    from rigid.report.discovery.present import Run, content
+    from rigid.report.discovery.section import write_report
+    from rigid.report.discovery.terminal import table
 
     spec, folder = asked.spec, options.folder(asked.spec.path)
     extended = None

@@ -4,10 +4,10 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
-from rigid.cli import Options, run, say
+from rigid.io.cli import Options, run, say
 
 if TYPE_CHECKING:
-    from rigid.calibrate import Calibrated
+    from rigid.inference.calibrate import Calibrated
     from rigid.spec import Spec
 
 SAYS = "Calibrate a rig: records in, posterior of its parameters and a report out."
@@ -20,17 +20,15 @@ def fit(options: Options) -> int:
 
     spec = load_spec(find_spec(options.spec))
     if spec.published is not None:
-        from rigid.stories.command import fit_published
-
         return fit_published(spec, options)
     say(options, f"spec {spec.path}: {len(spec.records)} records")
 
-    from rigid.runtime import prepare
+    from rigid.io.runtime import prepare
 
     prepare()
-    from rigid.assemble import assemble
-    from rigid.calibrate import calibrate
-    from rigid.files import locked
+    from rigid.inference.calibrate import calibrate
+    from rigid.io.files import locked
+    from rigid.likelihood.assemble import assemble
     from rigid.records.read import read_records
 
     records = read_records(spec)
@@ -43,10 +41,10 @@ def fit(options: Options) -> int:
 
 def _written(spec: "Spec", done: "Calibrated", options: Options, wall: float) -> int:
     """Write every file and print the table or the JSON."""
-    from rigid.present import content
-    from rigid.report.calibration import write_report
-    from rigid.results import printed, result, write_posterior
-    from rigid.summary import write_result_json, write_summary_csv
+    from rigid.inference.summary import write_result_json, write_summary_csv
+    from rigid.report.calibration.output import printed, result, write_posterior
+    from rigid.report.calibration.present import content
+    from rigid.report.calibration.section import write_report
 
     folder = options.folder(spec.path)
     found = result(spec, done, wall)
@@ -58,6 +56,42 @@ def _written(spec: "Spec", done: "Calibrated", options: Options, wall: float) ->
     for check in found.checks:
         if not check.ok:
             sys.stderr.write(f"{check.name}: {check.says}\n")
+    say(options, f"report: {folder / 'index.html'}")
+    return 0 if found.usable else 1
+
+
+def fit_published(spec: "Spec", options: Options) -> int:
+    """Tell all stories and write all files; returns 0, or 1 if the result must not be used.
+
+    Raises InputError for a spec that names records as well.
+    """
+    began = time.monotonic()
+    from rigid.io.errors import InputError
+
+    if spec.records:
+        raise InputError(
+            f"{spec.path}: has [published] numbers and {len(spec.records)} records; a fit takes "
+            "one or the other, put them into two specs"
+        )
+    from rigid.io.runtime import prepare
+
+    prepare()
+    from rigid.io.files import locked
+    from rigid.published.run import run
+    from rigid.report.published import output
+    from rigid.report.published.present import content
+    from rigid.report.published.section import write_report
+
+    folder = options.folder(spec.path)
+    seed = spec.sampler.seed if options.seed is None else options.seed
+    with locked(folder):
+        found = run(spec, seed, lambda line: say(options, line))
+        text = output.write(folder, spec, found, began)
+        write_report(content(spec, found), folder)
+    sys.stdout.write(text if options.as_json else output.table(found))
+    for check in output.checks(found):
+        if not check["ok"]:
+            sys.stderr.write(f"{check['name']}: {check['says']}\n")
     say(options, f"report: {folder / 'index.html'}")
     return 0 if found.usable else 1
 

@@ -4,11 +4,11 @@ import json
 import sys
 from typing import TYPE_CHECKING
 
-from rigid.cli import Options, run, say
+from rigid.io.cli import Options, run, say
 
 if TYPE_CHECKING:
-    from rigid.choosing.comparing import Comparison
-    from rigid.discovery.further import Proposal
+    from rigid.friction.comparison import Comparison
+    from rigid.localfit.next_record import Proposal
     from rigid.spec import Spec
 
 SAYS = "Compare laws of friction on the records: evidence, left-out records, and what parts them."
@@ -21,15 +21,15 @@ def compare_laws(options: Options) -> int:
     spec = load_spec(find_spec(options.spec))
     say(options, f"spec {spec.path}: {len(spec.records)} records")
 
-    from rigid.runtime import prepare
+    from rigid.io.runtime import prepare
 
     prepare()
-    from rigid.assemble import assemble, given_laws
-    from rigid.choosing.comparing import compare
-    from rigid.choosing.fitting import fit_laws
-    from rigid.choosing.further import next_record
-    from rigid.choosing.laws import laws, without_friction
-    from rigid.files import locked
+    from rigid.friction.comparison import compare
+    from rigid.friction.fits import fit_laws
+    from rigid.friction.models import laws, without_friction
+    from rigid.friction.next_record import next_record
+    from rigid.io.files import locked
+    from rigid.likelihood.assemble import assemble, given_laws
     from rigid.records.read import read_records
 
     seed = spec.sampler.seed if options.seed is None else options.seed
@@ -47,10 +47,10 @@ def _written(
     spec: "Spec", found: "Comparison", further: "Proposal | None", options: Options, seed: int
 ) -> int:
     """Write every file and print the table or the JSON."""
-    from rigid.choosing.output import as_csv, as_dict
-    from rigid.choosing.present import content, table
-    from rigid.files import write_text
-    from rigid.report.laws import write_report
+    from rigid.io.files import write_text
+    from rigid.report.laws.output import as_csv, as_dict
+    from rigid.report.laws.present import content, table
+    from rigid.report.laws.section import write_report
 
     folder = options.folder(spec.path)
     made = as_dict(spec, found, further, seed)

@@ -14,6 +14,6 @@ os.environ.setdefault(
     ),
 )
 
-from rigid.runtime import prepare
+from rigid.io.runtime import prepare
 
 prepare()

@@ -6,16 +6,16 @@ import jax.numpy as jnp
 import numpy as np
 
 from rigid.effects import CATALOGUE
-from rigid.groups import ReleaseGroup, SlowGroup
-from rigid.likelihood import SensorSheet, make_pieces
-from rigid.parameters import Parameter, Parameters, collect
-from rigid.priors import AbstractLaw, Fixed, Lognormal, Normal, Uniform, make_law
-from rigid.problem import Problem
-from rigid.rig import Rig, build_rig
+from rigid.likelihood.channels import SensorSheet, make_pieces
+from rigid.likelihood.groups import ReleaseGroup, SlowGroup
+from rigid.likelihood.parameters import Parameter, Parameters, collect
+from rigid.likelihood.priors import AbstractLaw, Fixed, Lognormal, Normal, Uniform, make_law
+from rigid.likelihood.problem import Problem
+from rigid.likelihood.tracks import Series, Track
+from rigid.physics.rig import Rig, build_rig
 from rigid.solve.drive import Drive
 from rigid.spec.sheets import SHEETS as DEFAULTS
 from rigid.spec.values import RigSpec
-from rigid.tracks import Series, Track
 
 BASE = ("load-cell-spring", "oil-compressibility", "viscous-friction", "pump-curve")
 MEMORY = (*BASE, "frequency-dependent-friction")

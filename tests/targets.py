@@ -4,7 +4,7 @@ import numpy as np
 from scipy import stats
 from scipy.special import logsumexp
 
-from rigid.proposal import MixtureProposal, Mode
+from rigid.inference.proposal import MixtureProposal, Mode
 
 
 def gaussian(d=3):

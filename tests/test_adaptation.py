@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from rigid.adaptation import EVEN, Weighted, adapted, drawn, fitted
-from rigid.proposal import MixtureProposal, Mode, kish
+from rigid.inference.adaptation import EVEN, Weighted, adapted, drawn, fitted
+from rigid.inference.proposal import MixtureProposal, Mode, kish
 
 SIZE, DRAWS, DOF = 12, 8192, 16.0
 

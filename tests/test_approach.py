@@ -8,10 +8,10 @@ import pytest
 from rigs import release_problem
 from test_assemble import EXAMPLE, RECORDS, effects
 
-from rigid.approach import beginnings, steady_part
-from rigid.assemble import assemble
+from rigid.inference.search import AGREE, prior_draws, search_from
+from rigid.inference.steady_first import beginnings, steady_part
+from rigid.likelihood.assemble import assemble
 from rigid.records.read import read_records
-from rigid.search import AGREE, prior_draws, search_from
 from rigid.spec import Spec, load_spec
 
 PRIORS = """

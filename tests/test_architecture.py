@@ -14,86 +14,50 @@ DOCUMENT = PACKAGE.parent / "docs" / "architecture.md"
 
 # A room may import only rooms of the lines above its own, and itself.
 LAYERS = (
-    ("errors",),
-    ("cli", "files", "runtime", "published"),
-    ("shelf",),
-    ("effects", "characteristic"),
-    ("rig",),
-    ("sensors",),
+    ("io", "effects", "plots"),
+    ("physics", "spec"),
     ("solve",),
-    ("spec",),
     ("records",),
-    ("quantisation", "correlation", "motion"),
-    ("noise", "priors", "tracks"),
-    ("parameters",),
-    ("groups",),
     ("likelihood",),
-    ("problem",),
-    ("catalogue", "friction", "newton", "scores"),
-    ("assemble",),
-    ("search", "proposal"),
-    ("approach", "chart"),
-    ("curvature", "outcome"),
-    ("adaptation", "chain", "moves", "convergence"),
-    ("checkpoint", "ensemble", "searched"),
-    ("sample",),
-    ("posterior",),
-    ("calibrate", "export"),
-    ("summary",),
-    ("results",),
-    ("plots",),
+    ("inference",),
+    ("localfit",),
+    ("discovery", "friction", "smoothing", "published"),
     ("report",),
-    ("alternatives", "excitation"),
-    ("figures",),
-    ("present",),
-    ("discovery", "smoothing", "stories"),
-    ("choosing",),
     ("bands", "discover", "fit", "laws"),
 )
 LAYER = {room: number for number, rooms in enumerate(LAYERS) for room in rooms}
+FLOORS, ROOMS = 10, 25
 
 # The same inside a room that has rooms of its own.
 WITHIN = {
     "discovery": (
-        ("fitting",),
-        ("unseen",),
+        ("unmodelled",),
         ("weighing",),
-        ("disagreement", "judging", "refit"),
-        ("further", "lines"),
-        ("bench",),
+        ("disagreement", "refit"),
+        ("periodic",),
+        ("signatures",),
         ("workflow",),
-        ("telling",),
+    ),
+    "report": (
+        ("paper_values", "symbols", "usability"),
+        ("content",),
+        ("sparks", "wording"),
+        ("templating",),
+        ("page",),
+        ("calibration", "discovery", "laws", "bands", "published"),
     ),
 }
 
-PHYSICS = {"effects", "rig", "solve", "sensors", "characteristic"}
-NOT_FOR_PHYSICS = {"records", "spec", "priors", "noise", "problem"}
-STATISTICS = {
-    "noise",
-    "priors",
-    "quantisation",
-    "correlation",
-    "parameters",
-    "likelihood",
-    "newton",
-    "scores",
-    "search",
-    "chart",
-    "curvature",
-    "searched",
-    "proposal",
-    "adaptation",
-    "moves",
-    "chain",
-    "ensemble",
-    "convergence",
-    "checkpoint",
-    "sample",
+PHYSICS = {"effects", "physics", "solve"}
+NOT_FOR_PHYSICS = {"records", "spec", "likelihood"}
+STATISTICS = {"inference"} | {
+    f"likelihood/{name}.py"
+    for name in ("noise", "priors", "quantisation", "correlation", "parameters", "channels")
 }
 PICTURES = {"plots", "report"}
 COMPUTING = {"jax", "jaxlib", "equinox", "diffrax", "optimistix", "lineax", "emcee"}
 UNSAFE_MODULES = {"pickle", "marshal", "shelve", "dill", "cloudpickle"}
-LONGEST_MODULE, LONGEST_FUNCTION, MOST_PARAMETERS = 300, 40, 6
+LONGEST_MODULE, LONGEST_FUNCTION, MOST_PARAMETERS = 400, 60, 8
 
 
 def room_of(path: Path, package: Path) -> str:
@@ -210,7 +174,7 @@ def light_package(tree: ast.AST, path: Path, package: Path) -> Iterator[str]:
 
 
 def statistics_name_no_effect(tree: ast.AST, path: Path, package: Path) -> Iterator[str]:
-    if room_of(path, package) not in STATISTICS:
+    if not STATISTICS & {room_of(path, package), path.relative_to(package).as_posix()}:
         return
     stems = {p.stem for p in (package / "effects").glob("*.py")} - {"__init__", "base", "declare"}
     for number, text in enumerate(path.read_text("utf-8").splitlines(), start=1):
@@ -265,29 +229,49 @@ def test_importing_the_package_loads_nothing_heavy():
     assert not {"jax", "numpy", "scipy", "matplotlib", "pydantic"} & set(run.stdout.split())
 
 
-LONG_FUNCTION = "def f():\n" + "    x = 1\n" * 40
+LONG_FUNCTION = "def f():\n" + "    x = 1\n" * 60
 BROKEN = {
-    "an arrow the wrong way": ("rig.py", "from rigid.solve import linear", "against the arrows"),
-    "a relative arrow": ("effects/drag.py", "from ..rig import Rig", "against the arrows"),
+    "an arrow the wrong way": (
+        "physics/rig.py",
+        "from rigid.solve import linear",
+        "against the arrows",
+    ),
+    "a relative arrow": ("effects/drag.py", "from ..physics.rig import Rig", "against the arrows"),
     "an inner arrow": (
         "discovery/weighing/odds.py",
-        "from rigid.discovery.telling import words",
+        "from rigid.discovery.workflow import Outcome",
         "within discovery",
     ),
     "an inner room": ("discovery/odds.py", "", "no layer"),
-    "a late import": ("noise.py", "def f():\n    from rigid import problem", "against the arrows"),
+    "a late import": (
+        "records/read.py",
+        "def f():\n    from rigid import inference",
+        "against the arrows",
+    ),
     "physics that reads": ("solve/full.py", "import rigid.records.csv", "physics (solve)"),
-    "a leak from the generator": ("problem.py", "from rigid import generator", "nothing may"),
-    "a generator that borrows": ("generator/a.py", "from rigid.rig import Rig", "the generator"),
-    "statistics that know": ("priors.py", "X = 'viscous-friction'", "name the effect"),
-    "a class that knows": ("moves.py", "ViscousFriction = 1", "name the effect"),
+    "a leak from the generator": (
+        "likelihood/problem.py",
+        "from rigid import generator",
+        "nothing may",
+    ),
+    "a generator that borrows": (
+        "generator/a.py",
+        "from rigid.physics.rig import Rig",
+        "the generator",
+    ),
+    "statistics that know": ("likelihood/priors.py", "X = 'viscous-friction'", "name the effect"),
+    "a class that knows": ("inference/moves.py", "ViscousFriction = 1", "name the effect"),
     "a plot that computes": ("plots/a.py", "import jax.numpy as jnp", "plots imports jax"),
-    "a long module": ("search.py", "x = 1\n" * 301, "301 lines"),
-    "a long function": ("search.py", LONG_FUNCTION, "f has 41 lines"),
-    "a wide function": ("search.py", "def f(a, b, c, *d, e, g, **h): ...", "7 parameters"),
-    "eval": ("spec.py", "eval('1')", "calls eval"),
-    "pickle": ("checkpoint.py", "from pickle import load", "imports pickle"),
-    "hidden pickle": ("posterior.py", "np.load('x', allow_pickle=True)", "reads pickles"),
+    "a long module": ("inference/search.py", "x = 1\n" * 401, "401 lines"),
+    "a long function": ("inference/search.py", LONG_FUNCTION, "f has 61 lines"),
+    "a wide function": (
+        "inference/search.py",
+        "def f(a, b, c, *d, e, g, h, i, **j): ...",
+        "9 parameters",
+    ),
+    "eval": ("spec/read.py", "eval('1')", "calls eval"),
+    "pickle": ("inference/checkpoint.py", "from pickle import load", "imports pickle"),
+    "hidden pickle": ("inference/posterior.py", "np.load('x', allow_pickle=True)", "reads pickles"),
     "a heavy package": ("__init__.py", "import numpy", "must stay light"),
     "a room of its own": ("utils.py", "", "no layer"),
 }

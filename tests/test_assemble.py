@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from rigid.assemble import assemble
-from rigid.errors import InputError
+from rigid.io.errors import InputError
+from rigid.likelihood.assemble import assemble
 from rigid.records.read import read_records
 from rigid.spec import load_spec
 

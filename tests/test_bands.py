@@ -17,11 +17,12 @@ import xarray as xr
 from rigs import MEMORY, NOMINAL, effects
 
 from rigid.bands import bands
-from rigid.cli import Options
-from rigid.errors import InputError
-from rigid.posterior import save_posterior
-from rigid.report.figures import Illustration
-from rigid.rig import build_rig
+from rigid.inference.posterior import save_posterior
+from rigid.io.cli import Options
+from rigid.io.errors import InputError
+from rigid.physics.rig import build_rig
+from rigid.plots.illustration import Illustration
+from rigid.report.bands.present import _thousandths
 from rigid.smoothing import kept, learning, paths
 from rigid.smoothing.budget import Line
 from rigid.smoothing.events import Fall, Turn, falls, turns
@@ -32,7 +33,6 @@ from rigid.smoothing.latent import calm
 from rigid.smoothing.laws import Law, read_law, read_laws
 from rigid.smoothing.learning import Learned, Sheet
 from rigid.smoothing.model import Calibration
-from rigid.smoothing.present import _thousandths
 from rigid.smoothing.run import Band, Bands, Way
 from rigid.smoothing.run import bands as run_bands
 from rigid.smoothing.smoother import Draws
@@ -568,7 +568,7 @@ def test_an_interrupted_run_goes_on_and_ends_the_same(done, monkeypatch):
     again = done.folder / "again"
     options = Options(str(done.folder / "field.toml"), again, None, False, True, False)
     with monkeypatch.context() as patch:
-        patch.setattr("rigid.smoothing.output.write_json", stop)
+        patch.setattr("rigid.report.bands.output.write_json", stop)
         with pytest.raises(KeyboardInterrupt):
             bands(options)
     monkeypatch.setattr("rigid.smoothing.run.learned", stop)

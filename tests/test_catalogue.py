@@ -18,8 +18,8 @@ from scipy.integrate import quad, solve_ivp
 from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.effects.base import MOTION, State
 from rigid.effects.declare import PriorDescription
-from rigid.rig import Surroundings
-from rigid.sensors import readings
+from rigid.physics.rig import Surroundings
+from rigid.physics.sensors import readings
 from rigid.solve import full, slow, staggered
 from rigid.solve.rest import rest_under
 

@@ -1,11 +1,11 @@
-"""The closed forms of rigid.characteristic against an eigenvalue solver and each other."""
+"""The closed forms of rigid.physics.characteristic against an eigenvalue solver and each other."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rigid.characteristic import (
+from rigid.physics.characteristic import (
     PUBLISHED_RIG,
     TwoMassRig,
     critical_epsilon,

@@ -6,15 +6,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from rigid.adaptation import drawn
-from rigid.chart import Chart, Sum, chart_of
 from rigid.effects.base import PLUNGER, AbstractEffect, Action, State
 from rigid.effects.declare import lognormal, parameter
-from rigid.parameters import Parameter, Parameters
-from rigid.priors import Lognormal, Normal
-from rigid.problem import Problem
-from rigid.proposal import MixtureProposal, Mode
-from rigid.search import Optimum
+from rigid.inference.adaptation import drawn
+from rigid.inference.coordinates import Chart, Sum, chart_of
+from rigid.inference.proposal import MixtureProposal, Mode
+from rigid.inference.search import Optimum
+from rigid.likelihood.parameters import Parameter, Parameters
+from rigid.likelihood.priors import Lognormal, Normal
+from rigid.likelihood.problem import Problem
 
 CENTRE, WIDTH = np.log([1e5, 5e5, 1e5]), np.log([10.0, 5.0, 5.0])
 PLACES = np.array([3, 0, 1])  # the parts need not stand in a row; the third entry is none of them

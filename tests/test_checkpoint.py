@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 from targets import gaussian
 
-from rigid import checkpoint as module
-from rigid import sample
-from rigid.checkpoint import NAME, Checkpoint
-from rigid.errors import EnvironmentFaultError, InputError
-from rigid.files import locked, replacing, write_text
-from rigid.sample import Settings
+from rigid.inference import checkpoint as module
+from rigid.inference import sample
+from rigid.inference.checkpoint import NAME, Checkpoint
+from rigid.inference.sample import Settings
+from rigid.io.errors import EnvironmentFaultError, InputError
+from rigid.io.files import locked, replacing, write_text
 
 SETTINGS = Settings(ensembles=2, walkers=8, block=20, max_steps=240, ess=1e6, seed=4)
 PRINTS = {"spec": "aa", "record frame-1": "bb", "rigid": "0.1.0"}

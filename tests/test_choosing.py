@@ -13,8 +13,8 @@ from scipy.optimize import minimize
 from scipy.special import logsumexp
 
 from rigid import laws as command
-from rigid.choosing import leaving, stepping
-from rigid.choosing.comparing import (
+from rigid.effects import CATALOGUE
+from rigid.friction.comparison import (
     CANNOT_TELL,
     LAW,
     TIED,
@@ -23,10 +23,8 @@ from rigid.choosing.comparing import (
     probabilities,
     verdict_of,
 )
-from rigid.choosing.fitting import Fitted, Programs
-from rigid.choosing.further import next_record
-from rigid.choosing.integral import Amplitude, evidence, shape
-from rigid.choosing.laws import (
+from rigid.friction.fits import Fitted, Programs
+from rigid.friction.models import (
     BRISTLES,
     COULOMB,
     DRY,
@@ -38,31 +36,34 @@ from rigid.choosing.laws import (
     laws,
     without_friction,
 )
-from rigid.choosing.laws import MEMORY as WITH_MEMORY
-from rigid.choosing.leaving import left_out
-from rigid.choosing.output import as_csv, as_dict
-from rigid.choosing.present import content, table
-from rigid.choosing.scatter import CAMPAIGNS, Judge, Scattered, scattered
-from rigid.choosing.starts import prior_starts
-from rigid.choosing.stepping import Model, moved_within, promised, solved
-from rigid.choosing.together import CLOSE, Place, Program, descended, led, simulated
-from rigid.choosing.widths import AS_STATED, VARIANTS, sized, spread
-from rigid.cli import Options
-from rigid.discovery.fitting.families import Family, families
-from rigid.discovery.fitting.hypothesis import Hypothesis
-from rigid.discovery.fitting.local import Local, expand
-from rigid.discovery.fitting.samples import data_of, lay_out, terms
-from rigid.discovery.judging import units
-from rigid.effects import CATALOGUE
+from rigid.friction.models import MEMORY as WITH_MEMORY
+from rigid.friction.next_record import next_record
+from rigid.friction.prior_widths import AS_STATED, VARIANTS, sized, spread
+from rigid.friction.starts import prior_starts
 from rigid.generator import Conditions, campaign
 from rigid.generator.hidden.dry import PressureDependent
-from rigid.groups import SlowGroup
-from rigid.likelihood import make_pieces
-from rigid.priors import Lognormal, Normal, Uniform
-from rigid.problem import Problem
-from rigid.report.laws import section
+from rigid.io.cli import Options
+from rigid.likelihood.channels import make_pieces
+from rigid.likelihood.groups import SlowGroup
+from rigid.likelihood.priors import Lognormal, Normal, Uniform
+from rigid.likelihood.problem import Problem
+from rigid.likelihood.tracks import Series
+from rigid.localfit import left_out_refits as leaving
+from rigid.localfit import trust_region as stepping
+from rigid.localfit.families import Family, families
+from rigid.localfit.hypothesis import Hypothesis
+from rigid.localfit.integral import Amplitude, evidence, shape
+from rigid.localfit.joint_ascent import CLOSE, Place, Program, descended, led, simulated
+from rigid.localfit.leave_one_out import units
+from rigid.localfit.left_out_refits import left_out
+from rigid.localfit.local import Local, expand
+from rigid.localfit.samples import data_of, lay_out, terms
+from rigid.localfit.scatter import CAMPAIGNS, Judge, Scattered, scattered
+from rigid.localfit.trust_region import Model, moved_within, promised, solved
+from rigid.report.laws.output import as_csv, as_dict
+from rigid.report.laws.present import content, table
+from rigid.report.laws.section import section
 from rigid.spec import load_spec
-from rigid.tracks import Series
 
 BRANCHES = {"mu_branch[1]": 0.0, "mu_branch[2]": 0.0}
 SEVERAL = {"kappa[free-run-1,A]": 0.2, "kappa[free-run-2,A]": 0.05, "kappa[free-run-3,A]": 0.1}

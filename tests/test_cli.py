@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 import rigid
-from rigid import cli
-from rigid.errors import EnvironmentFaultError, InputError, UnusableResultError
-from rigid.files import locked
+from rigid.io import cli
+from rigid.io.errors import EnvironmentFaultError, InputError, UnusableResultError
+from rigid.io.files import locked
 
 ROOT = Path(rigid.__file__).parents[1]
 HEAVY = {"jax", "jaxlib", "numpy", "scipy", "pydantic", "matplotlib", "arviz", "xarray", "h5py"}
@@ -67,7 +67,7 @@ def start(module, *arguments, cwd, **more):
 
 
 def test_modules_of_a_command_load_nothing_heavy(tmp_path):
-    program = "import sys, rigid.cli, rigid.fit; print(*{m.split('.')[0] for m in sys.modules})"
+    program = "import sys, rigid.io.cli, rigid.fit; print(*{m.split('.')[0] for m in sys.modules})"
     done = start(("-c",), program, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert not HEAVY & set(done.stdout.split())
@@ -85,7 +85,7 @@ def test_the_first_line_comes_before_the_body(command):
 
 def test_the_first_line_comes_before_jax(tmp_path):
     program = (
-        "import sys; from rigid.cli import run\n"
+        "import sys; from rigid.io.cli import run\n"
         "def body(options):\n"
         "    assert not {'jax', 'numpy', 'pydantic'} & set(sys.modules)\n"
         "    return 0\n"
@@ -196,7 +196,7 @@ def test_a_signal_ends_the_run_in_order(command, number, expected):
 
 def test_a_signal_from_outside(tmp_path):
     program = (
-        "import sys, time; from rigid.cli import run\n"
+        "import sys, time; from rigid.io.cli import run\n"
         "sys.argv = ['x', 'spec']\n"
         "sys.exit(run('fit', 'Says.', lambda o: print('up', flush=True) or time.sleep(60)))"
     )
@@ -227,7 +227,7 @@ def test_standard_output_holds_what_the_body_writes_alone(command):
 
 
 WRITER = """\
-import sys; from rigid.cli import run
+import sys; from rigid.io.cli import run
 sys.argv = ['x', 'spec', '--quiet']
 sys.exit(run('fit', 'Says.', lambda o: sys.stdout.write('x' * {size}) * 0 + {status}))
 """

@@ -16,9 +16,9 @@ import pytest
 from jax import monitoring
 from rigs import release_problem
 
-from rigid.problem import log_density, log_posterior, walkers
-from rigid.proposal import MixtureProposal, Mode
-from rigid.sample import Settings, sample
+from rigid.inference.proposal import MixtureProposal, Mode
+from rigid.inference.sample import Settings, sample
+from rigid.likelihood.problem import log_density, log_posterior, walkers
 
 COMPILED = "/jax/core/compile/backend_compile_duration"
 
@@ -48,7 +48,7 @@ def short_run(problem, log_prob) -> None:
 
 
 def batched(problem):
-    """The log-posterior as `rigid.calibrate` hands it to the sampler."""
+    """The log-posterior as `rigid.inference.calibrate` hands it to the sampler."""
     return lambda z: np.asarray(log_posterior(problem, jnp.asarray(z)))
 
 

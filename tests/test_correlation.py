@@ -6,8 +6,8 @@ import pytest
 from scipy import stats
 from scipy.signal import lfilter
 
-from rigid.correlation import Autoregression, autocovariance, autoregression
-from rigid.quantisation import interval
+from rigid.likelihood.correlation import Autoregression, autocovariance, autoregression
+from rigid.likelihood.quantisation import interval
 
 ALL = np.ones(1200, dtype=bool)
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from rigid.discovery.fitting.samples import Channel
-from rigid.discovery.unseen.crosstalk import RATES, READINGS, answering, quantities
+from rigid.discovery.unmodelled.crosstalk import RATES, READINGS, answering, quantities
+from rigid.localfit.samples import Channel
 
 TIME = np.arange(200) * 0.01
 LISTED = ("load", "stroke", "pressure")

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from rigid import curvature
-from rigid.curvature import differences, sharpened
-from rigid.parameters import Parameters
-from rigid.problem import Problem
-from rigid.search import Found, Optimum
+from rigid.inference import curvature
+from rigid.inference.curvature import differences, sharpened
+from rigid.inference.search import Found, Optimum
+from rigid.likelihood.parameters import Parameters
+from rigid.likelihood.problem import Problem
 
 SIZE = 5
 

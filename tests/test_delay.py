@@ -9,10 +9,10 @@ import pytest
 from rigs import BASE, NOMINAL, drive, rig_of
 from scipy.stats import norm
 
-from rigid.discovery.fitting.candidates import candidates, laws_of
 from rigid.effects import CATALOGUE
-from rigid.priors import Normal
-from rigid.rig import Rig
+from rigid.likelihood.priors import Normal
+from rigid.localfit.candidates import candidates, laws_of
+from rigid.physics.rig import Rig
 from rigid.solve import slow, staggered
 
 PSI = 6894.757

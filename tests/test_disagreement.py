@@ -5,9 +5,9 @@ import pytest
 from scipy.stats import binom
 
 from rigid.discovery.disagreement import ALL, Disagreement, Pool, judged, looks
-from rigid.discovery.fitting.samples import Channel
-from rigid.discovery.telling.compared import Compared, sentence, shown, table, told
+from rigid.localfit.samples import Channel
 from rigid.plots.discovery import compared_figure
+from rigid.report.discovery.compared import Compared, sentence, shown, table, told
 
 SAMPLES, DRAWS, INTERVAL = 400, 300, 0.01
 TIME = INTERVAL * np.arange(SAMPLES)

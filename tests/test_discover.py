@@ -7,14 +7,14 @@ from pathlib import Path
 import pytest
 
 from rigid import discover as command
-from rigid.cli import Options
-from rigid.errors import InputError
 from rigid.generator import Conditions, campaign
 from rigid.generator.campaign import drawn
 from rigid.generator.conditions import secret
 from rigid.generator.draw import stream
 from rigid.generator.hidden import hide
 from rigid.generator.strength import at_strength, ground
+from rigid.io.cli import Options
+from rigid.io.errors import InputError
 from rigid.spec import load_spec
 
 CLOCK = 1

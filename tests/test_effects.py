@@ -11,9 +11,9 @@ from rigs import BASE, NOMINAL, prior_draws, rig_of
 
 from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.effects.base import EQUATIONS
-from rigid.priors import LAWS, make_law
-from rigid.rig import CORE_SCALES, Surroundings
-from rigid.sensors import readings
+from rigid.likelihood.priors import LAWS, make_law
+from rigid.physics.rig import CORE_SCALES, Surroundings
+from rigid.physics.sensors import readings
 
 FRICTIONLESS = tuple(name for name in BASE if name != "viscous-friction")
 OUTSIDE = Surroundings(1e7, -3e4, 0.4, 1.0)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from rigid.excitation import excited
-from rigid.outcome import Channel
+from rigid.inference.derived import Channel
+from rigid.inference.excitation import excited
 
 
 def channel(kind: str, quantity: str, time: np.ndarray, read: np.ndarray) -> Channel:

@@ -16,7 +16,7 @@ import pytest
 from small_campaign import make, write_spec
 
 import rigid
-from rigid.posterior import load_posterior
+from rigid.inference.posterior import load_posterior
 
 ROOT = Path(rigid.__file__).parents[1]
 GROUPS = {

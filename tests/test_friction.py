@@ -4,10 +4,10 @@ import jax.numpy as jnp
 import numpy as np
 from rigs import BASE, MEMORY, NOMINAL, effects, release_problem
 
-from rigid.friction import FREQUENCIES, friction, scopes
-from rigid.parameters import Parameter, collect
-from rigid.priors import Lognormal
-from rigid.problem import Problem
+from rigid.inference.friction_curve import FREQUENCIES, friction, scopes
+from rigid.likelihood.parameters import Parameter, collect
+from rigid.likelihood.priors import Lognormal
+from rigid.likelihood.problem import Problem
 
 DRAWS = {k: np.full(3, v) for k, v in NOMINAL.items()} | {"mu": np.array([1e4, 1e5, 1e6])}
 

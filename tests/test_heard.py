@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rigid.assemble import assemble
-from rigid.figures import PRIOR_DRAWS, heard
-from rigid.friction import FREQUENCIES
-from rigid.outcome import LEVELS, frictions, values_of
+from rigid.inference.derived import LEVELS, frictions, values_of
+from rigid.inference.friction_curve import FREQUENCIES
+from rigid.inference.search import search_from, settled
+from rigid.likelihood.assemble import assemble
 from rigid.records.read import read_records
-from rigid.search import search_from, settled
+from rigid.report.calibration.shown import PRIOR_DRAWS, heard
 from rigid.spec import load_spec
 
 EXAMPLE = Path(__file__).parents[1] / "fits" / "calibration.toml"

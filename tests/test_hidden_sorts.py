@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from scipy.special import logsumexp
 
-from rigid.discovery.fitting.screening import Around, screen
-from rigid.discovery.unseen.bumps import KINDS, Bumps, Target, together
-from rigid.discovery.unseen.shifts import constants, shifted
-from rigid.discovery.unseen.straight import places, straight
+from rigid.discovery.unmodelled.bumps import KINDS, Bumps, Target, together
+from rigid.discovery.unmodelled.shifts import constants, shifted
+from rigid.discovery.unmodelled.straight import places, straight
 from rigid.discovery.weighing.explain import bundles_of, shares
 from rigid.effects import CATALOGUE
-from rigid.parameters import Parameter
-from rigid.priors import Normal
+from rigid.likelihood.parameters import Parameter
+from rigid.likelihood.priors import Normal
+from rigid.localfit.screening import Around, screen
 
 PLACES = np.linspace(-2.0, 2.0, 9)
 RNG = np.random.default_rng(0)

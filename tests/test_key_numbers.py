@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rigid.present import frictions
+from rigid.report.calibration.present import frictions
 
 
 def test_friction_that_is_the_same_at_every_frequency_is_listed_once():

@@ -5,10 +5,10 @@ import pytest
 from scipy.linalg import cho_factor
 from scipy.signal import lfilter
 
-from rigid.discovery.fitting import leftover
-from rigid.discovery.fitting.leftover import TRACE_SD, Explaining, noise_laws
-from rigid.discovery.fitting.local import Local
-from rigid.discovery.fitting.samples import Terms
+from rigid.localfit import leftover
+from rigid.localfit.leftover import TRACE_SD, Explaining, noise_laws
+from rigid.localfit.local import Local
+from rigid.localfit.samples import Terms
 
 SAMPLES, CHANNELS, TRACES, RHO = 1000, 12, 40, 0.6
 TIME = (1.0 + RHO) / (1.0 - RHO)

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from rigs import SHEETS, frame_problem, release_problem
 
-from rigid.groups import SlowGroup
-from rigid.likelihood import BLOCK, Piece, fitted
-from rigid.noise import marginal, quadratic, sample_law
-from rigid.problem import log_density, log_posterior
+from rigid.likelihood.channels import BLOCK, Piece, fitted
+from rigid.likelihood.groups import SlowGroup
+from rigid.likelihood.noise import marginal, quadratic, sample_law
+from rigid.likelihood.problem import log_density, log_posterior
 
 
 @pytest.fixture(scope="module")
@@ -147,7 +147,7 @@ def test_log_density_takes_any_number_of_rows_with_one_program(frame, monkeypatc
         shapes.append(z.shape)
         return -0.5 * (z * z).sum(axis=1)
 
-    monkeypatch.setattr("rigid.problem.log_posterior", seen)
+    monkeypatch.setattr("rigid.likelihood.problem.log_posterior", seen)
     z = np.random.default_rng(56).standard_normal((75, frame.parameters.size))
     np.testing.assert_allclose(log_density(frame, z), -0.5 * (z * z).sum(axis=1))
     assert len(set(shapes)) == 1

@@ -8,20 +8,20 @@ import pytest
 from rigs import BASE, SHEETS, converted, drive, effects, parameters, track
 from scipy.special import logsumexp
 
-from rigid.discovery.bench import laid_out
-from rigid.discovery.fitting.families import families
-from rigid.discovery.fitting.hypothesis import Hypothesis, start
-from rigid.discovery.fitting.local import Local, expand, refined
-from rigid.discovery.fitting.samples import lay_out
-from rigid.discovery.lines import FINER, LOG_MASS, QUANTILES, lines, log_bayes_of_line
+from rigid.discovery.periodic import FINER, LOG_MASS, QUANTILES, lines, log_bayes_of_line
+from rigid.discovery.signatures import laid_out
 from rigid.discovery.workflow import weigh
 from rigid.effects import CATALOGUE
-from rigid.groups import SlowGroup, beating
-from rigid.likelihood import make_pieces
-from rigid.priors import Lognormal
-from rigid.problem import Problem
-from rigid.shelf import Shelf
-from rigid.tracks import Series
+from rigid.io.cache import Shelf
+from rigid.likelihood.channels import make_pieces
+from rigid.likelihood.groups import SlowGroup, beating
+from rigid.likelihood.priors import Lognormal
+from rigid.likelihood.problem import Problem
+from rigid.likelihood.tracks import Series
+from rigid.localfit.families import families
+from rigid.localfit.hypothesis import Hypothesis, start
+from rigid.localfit.local import Local, expand, refined
+from rigid.localfit.samples import lay_out
 
 RIPPLE = CATALOGUE["pump-ripple"]
 CHOICE = (CATALOGUE["piston-leakage"], RIPPLE)

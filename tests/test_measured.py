@@ -16,11 +16,11 @@ import pytest
 
 import rigid
 from rigid import discover
-from rigid.assemble import assemble
-from rigid.cli import Options
-from rigid.outcome import values_of
+from rigid.inference.derived import values_of
+from rigid.inference.search import search
+from rigid.io.cli import Options
+from rigid.likelihood.assemble import assemble
 from rigid.records.read import read_records
-from rigid.search import search
 from rigid.spec import load_spec
 
 pytestmark = pytest.mark.slow

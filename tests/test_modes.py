@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from rigs import BASE, SHEETS, effects, parameters, problem, track
 
-from rigid import convergence
-from rigid.calibrate import DOF, propose
-from rigid.chart import chart_of
-from rigid.groups import ReleaseGroup
-from rigid.priors import Fixed, LogUniform
-from rigid.problem import Problem, log_density, log_posterior
-from rigid.proposal import MixtureProposal
-from rigid.sample import Settings, sample
-from rigid.search import Found, search
+from rigid.inference import convergence
+from rigid.inference.calibrate import DOF, propose
+from rigid.inference.coordinates import chart_of
+from rigid.inference.proposal import MixtureProposal
+from rigid.inference.sample import Settings, sample
+from rigid.inference.search import Found, search
+from rigid.likelihood.groups import ReleaseGroup
+from rigid.likelihood.priors import Fixed, LogUniform
+from rigid.likelihood.problem import Problem, log_density, log_posterior
 
 NOISE = 15.0
 """m/s^2: at 0.1 the wrong optimum is worse by thousands in log-posterior, here by a fraction."""

@@ -12,21 +12,21 @@ import numpy as np
 import pytest
 
 import rigid
-from rigid.assemble import assemble
 from rigid.effects import CATALOGUE
 from rigid.effects.bristle import PRESLIDING
-from rigid.errors import InputError
-from rigid.groups import MotionGroup
-from rigid.motion import NODES, SMOOTHER, STRIDE, TAPS, lay
-from rigid.outcome import values_of
-from rigid.posterior import load_posterior
+from rigid.inference.derived import values_of
+from rigid.inference.posterior import load_posterior
+from rigid.inference.search import search
+from rigid.io.errors import InputError
+from rigid.likelihood.assemble import assemble
+from rigid.likelihood.groups import MotionGroup
+from rigid.likelihood.tracks import make_track
+from rigid.physics.rig import acting
+from rigid.records.motion import NODES, SMOOTHER, STRIDE, TAPS, lay
 from rigid.records.read import read_records
 from rigid.records.record import Channel, Record
-from rigid.rig import acting
-from rigid.search import search
 from rigid.solve import inverse
 from rigid.spec import load_spec
-from rigid.tracks import make_track
 
 ROOT = Path(rigid.__file__).parents[1]
 PUSHING = {

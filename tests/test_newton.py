@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from rigs import frame_problem, release_problem
 
-from rigid.newton import descend, is_noise, joined, local, split
-from rigid.proposal import MixtureProposal, Mode, ModeWeights
-from rigid.search import AGREE, search, settled
-from rigid.searched import Searched, load, save
+from rigid.inference.newton import descend, is_noise, joined, local, split
+from rigid.inference.proposal import MixtureProposal, Mode, ModeWeights
+from rigid.inference.search import AGREE, search, settled
+from rigid.inference.search_cache import Searched, load, save
 
 TRUE = {"k_LC": 6e7, "mu": 2e4}
 WRONG = {"k_LC": 3.5e7, "mu": 4.7e5}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from rigid.noise import (
+from rigid.likelihood.noise import (
     FINE_STEP,
     Spread,
     Sums,
@@ -17,7 +17,7 @@ from rigid.noise import (
     quadratic,
     sample_law,
 )
-from rigid.quantisation import interval
+from rigid.likelihood.quantisation import interval
 
 STEP = 295.0
 

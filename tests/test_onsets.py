@@ -5,12 +5,12 @@ import tomllib
 import numpy as np
 import pytest
 
-from rigid.discovery.fitting.candidates import onsets
-from rigid.discovery.judging import places_of
 from rigid.discovery.refit import worth_refitting
-from rigid.discovery.telling.output import with_laws
 from rigid.effects import CATALOGUE
-from rigid.priors import make_law
+from rigid.likelihood.priors import make_law
+from rigid.localfit.candidates import onsets
+from rigid.localfit.leave_one_out import places_of
+from rigid.report.discovery.output import with_laws
 
 STAGE = CATALOGUE["pump-stage-switch"]
 TOP = 550e5

@@ -6,10 +6,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from rigid.assemble import chosen_effects
-from rigid.catalogue import effects_named, marks, name_in_specs
 from rigid.effects import CATALOGUE, State
-from rigid.errors import InputError
+from rigid.io.errors import InputError
+from rigid.likelihood.assemble import chosen_effects
+from rigid.likelihood.effect_lookup import effects_named, marks, name_in_specs
 from rigid.spec import load_spec
 
 PAGE = Path(__file__).parents[1] / "docs" / "own-effects.md"

@@ -5,16 +5,16 @@ import dataclasses
 import numpy as np
 import pytest
 
-from rigid.discovery.fitting.candidates import Candidate
-from rigid.discovery.fitting.screening import Screening
-from rigid.discovery.unseen.bumps import Target
-from rigid.discovery.weighing.evidence import LOG_MASS, amplitudes, log_bayes
+from rigid.discovery.unmodelled.bumps import Target
 from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained, bundles_of
 from rigid.discovery.weighing.odds import odds
 from rigid.discovery.weighing.pairs import pairs
 from rigid.discovery.workflow import changed
 from rigid.effects import CATALOGUE
-from rigid.priors import AbstractLaw, Lognormal, Normal
+from rigid.likelihood.priors import AbstractLaw, Lognormal, Normal
+from rigid.localfit.candidates import Candidate
+from rigid.localfit.evidence import LOG_MASS, amplitudes, log_bayes
+from rigid.localfit.screening import Screening
 
 LAWS: tuple[tuple[str, AbstractLaw], ...] = (
     ("piston-leakage", Lognormal(2.0, 2.0)),

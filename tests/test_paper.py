@@ -9,7 +9,7 @@ import sympy as sp
 from scipy.optimize import brentq
 from scipy.signal import StateSpace, lsim
 
-from rigid import characteristic as ch
+from rigid.physics import characteristic as ch
 
 PAPER = {
     name: entry["si"]

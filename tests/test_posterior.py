@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from rigid.errors import EnvironmentFaultError, InputError
-from rigid.posterior import chain_coords, load_posterior, save_posterior, stack, unstack
+from rigid.inference.posterior import chain_coords, load_posterior, save_posterior, stack, unstack
+from rigid.io.errors import EnvironmentFaultError, InputError
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # ArviZ 0.23 announces its successor

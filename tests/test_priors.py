@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from rigid.errors import InputError
-from rigid.parameters import Parameter, collect, require_known, scoped
-from rigid.priors import LAWS, Fixed, Lognormal, Normal, make_law
+from rigid.io.errors import InputError
+from rigid.likelihood.parameters import Parameter, collect, require_known, scoped
+from rigid.likelihood.priors import LAWS, Fixed, Lognormal, Normal, make_law
 
 Z = np.linspace(-5.0, 5.0, 101)
 

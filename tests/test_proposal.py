@@ -6,8 +6,8 @@ from scipy import stats
 from scipy.special import logsumexp
 from targets import two_modes
 
-from rigid.errors import UnusableResultError
-from rigid.proposal import MixtureProposal, Mode, mode_weights, pareto_shape
+from rigid.inference.proposal import MixtureProposal, Mode, mode_weights, pareto_shape
+from rigid.io.errors import UnusableResultError
 
 FACTOR = np.array([[1.0, 0.0], [0.7, 0.4]])
 OTHER = np.array([[0.3, 0.0], [-0.1, 2.0]])

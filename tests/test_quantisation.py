@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from rigid.quantisation import REACH, curve, interval
+from rigid.likelihood.quantisation import REACH, curve, interval
 
 mpmath.mp.dps = 60
 RATIOS = (0.05, 0.3, 1.0, 2.0, 4.0, 10.0, 60.0)  # step over noise; default sheets: 2, 3 and 4

@@ -7,7 +7,7 @@ import fake_calibration as fake
 import pytest
 
 from rigid.report import wording
-from rigid.report.calibration import section, write_report
+from rigid.report.calibration.section import section, write_report
 from rigid.report.content import Check, KeyNumber, Published
 from rigid.report.page import Section, read_section, rebuild, write_section
 from rigid.report.symbols import symbol_html

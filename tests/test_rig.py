@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from rigs import BASE, MEMORY, NOMINAL, prior_draws, rig_of
 
-from rigid.characteristic import TwoMassRig, dimensionless, roots
-from rigid.rig import CORE_SCALES, Surroundings
-from rigid.sensors import readings
+from rigid.physics.characteristic import TwoMassRig, dimensionless, roots
+from rigid.physics.rig import CORE_SCALES, Surroundings
+from rigid.physics.sensors import readings
 
 OWN = (1e3, -2e3)
 RNG = np.random.default_rng(11)

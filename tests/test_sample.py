@@ -10,11 +10,11 @@ from emcee.moves import DEMove, DESnookerMove, Move
 from scipy import stats
 from targets import gaussian, two_modes
 
-from rigid import convergence, ensemble, moves, sample
-from rigid.errors import InputError, UnusableResultError
-from rigid.moves import IndependenceMove, SnookerMove, padded
-from rigid.proposal import MixtureProposal, Mode, mode_weights
-from rigid.sample import Settings
+from rigid.inference import convergence, ensemble, moves, sample
+from rigid.inference.moves import IndependenceMove, SnookerMove, padded
+from rigid.inference.proposal import MixtureProposal, Mode, mode_weights
+from rigid.inference.sample import Settings
+from rigid.io.errors import InputError, UnusableResultError
 
 QUICK = Settings(
     ensembles=4, walkers=20, block=50, max_steps=1_000, r_hat=1.01, ess=1_000.0, seed=5

@@ -8,30 +8,30 @@ import numpy as np
 import pytest
 from rigs import BASE, NOMINAL, SHEETS, converted, drive, effects, parameters, track
 
-from rigid.discovery import bench
-from rigid.discovery.fitting.candidates import candidates
-from rigid.discovery.fitting.families import Family, families, quiet_values, sweep
-from rigid.discovery.fitting.hidden import HiddenDrag
-from rigid.discovery.fitting.hypothesis import Hypothesis, start, widened
-from rigid.discovery.fitting.local import CLOSE, Local, expand, refined, with_weights
-from rigid.discovery.fitting.samples import data_of, lay_out
-from rigid.discovery.fitting.screening import Around, Screening, gram, screen
-from rigid.discovery.fitting.traces import lanes_of, traces
-from rigid.discovery.fitting.weights import beyond, facts, spikes
-from rigid.discovery.judging import left_out, place, units
-from rigid.discovery.unseen.bumps import Bumps, Target
-from rigid.discovery.unseen.formula import simplest
+from rigid.discovery import signatures as bench
+from rigid.discovery.unmodelled.bumps import Bumps, Target
+from rigid.discovery.unmodelled.formula import simplest
 from rigid.discovery.weighing import explain
-from rigid.discovery.weighing.evidence import Bundle, amplitudes, log_bayes
 from rigid.discovery.workflow import Outcome, Running, discover, weigh
 from rigid.effects import CATALOGUE
-from rigid.groups import SlowGroup
-from rigid.likelihood import make_pieces
-from rigid.priors import Lognormal, Normal
-from rigid.problem import Problem
-from rigid.rig import FREE, build_rig
-from rigid.shelf import Shelf
-from rigid.tracks import Series
+from rigid.io.cache import Shelf
+from rigid.likelihood.channels import make_pieces
+from rigid.likelihood.groups import SlowGroup
+from rigid.likelihood.priors import Lognormal, Normal
+from rigid.likelihood.problem import Problem
+from rigid.likelihood.tracks import Series
+from rigid.localfit.candidates import candidates
+from rigid.localfit.evidence import Bundle, amplitudes, log_bayes
+from rigid.localfit.families import Family, families, quiet_values, sweep
+from rigid.localfit.hidden_inputs import HiddenDrag
+from rigid.localfit.hypothesis import Hypothesis, start, widened
+from rigid.localfit.leave_one_out import left_out, place, units
+from rigid.localfit.local import CLOSE, Local, expand, refined, with_weights
+from rigid.localfit.samples import data_of, lay_out
+from rigid.localfit.screening import Around, Screening, gram, screen
+from rigid.localfit.signature import lanes_of, traces
+from rigid.localfit.weights import beyond, facts, spikes
+from rigid.physics.rig import FREE, build_rig
 
 LISTED = ("piston-leakage", "hose-pressure-drop", "clock-offset", "load-cell-drift")
 CHOICE = tuple(CATALOGUE[name] for name in LISTED)

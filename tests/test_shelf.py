@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rigid.shelf import Shelf
+from rigid.io.cache import Shelf
 
 
 @pytest.fixture

@@ -7,36 +7,31 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, norm
 
-from rigid.discovery.fitting.candidates import Candidate
-from rigid.discovery.fitting.hypothesis import Hypothesis
-from rigid.discovery.fitting.local import Local
-from rigid.discovery.fitting.samples import Channel, Layout, Terms
-from rigid.discovery.fitting.screening import Around, screen
-from rigid.discovery.further import Proposal
-from rigid.discovery.judging import Place
 from rigid.discovery.refit import Refit
-from rigid.discovery.telling.lead import SHOWN, lead, told_moves, would_show
-from rigid.discovery.telling.present import bets
-from rigid.discovery.telling.residuals import against, line_sizes, residuals
-from rigid.discovery.telling.shown import hidden_shown
-from rigid.discovery.telling.words import KAPPA, meanings
-from rigid.discovery.unseen.bumps import Bumps, Target, together
-from rigid.discovery.unseen.crosstalk import RATES, answering
-from rigid.discovery.unseen.straight import straight
-from rigid.discovery.weighing.explain import (
-    PRIOR_NOTHING,
-    PRIOR_UNNAMED,
-    Explained,
-    bundles_of,
-)
+from rigid.discovery.unmodelled.bumps import Bumps, Target, together
+from rigid.discovery.unmodelled.crosstalk import RATES, answering
+from rigid.discovery.unmodelled.straight import straight
+from rigid.discovery.weighing.explain import PRIOR_NOTHING, PRIOR_UNNAMED, Explained, bundles_of
 from rigid.discovery.weighing.odds import MIMICS
 from rigid.discovery.workflow import Bench, Outcome, Step
 from rigid.effects import CATALOGUE
-from rigid.parameters import Parameter
+from rigid.likelihood.parameters import Parameter
+from rigid.likelihood.priors import Normal
+from rigid.likelihood.problem import Problem
+from rigid.localfit.candidates import Candidate
+from rigid.localfit.hypothesis import Hypothesis
+from rigid.localfit.leave_one_out import Place
+from rigid.localfit.local import Local
+from rigid.localfit.next_record import Proposal
+from rigid.localfit.samples import Channel, Layout, Terms
+from rigid.localfit.screening import Around, screen
 from rigid.plots.discovery import against_figure, hidden_figure, residuals_figure
-from rigid.priors import Normal
-from rigid.problem import Problem
-from rigid.report.discovery import Moved
+from rigid.report.discovery.lead import SHOWN, lead, told_moves, would_show
+from rigid.report.discovery.present import bets
+from rigid.report.discovery.residuals import against, line_sizes, residuals
+from rigid.report.discovery.section import Moved
+from rigid.report.discovery.shown import hidden_shown
+from rigid.report.discovery.words import KAPPA, meanings
 
 SAMPLES = 300
 TIME = np.arange(SAMPLES) * 0.01

@@ -9,7 +9,7 @@ from rigs import BASE, NOMINAL, drive, rig_of
 from test_staggered import by_lsoda, worst
 
 from rigid.solve import slow
-from rigid.solve.strokes import foreseen
+from rigid.solve.stroke_range import foreseen
 
 FRAME = NOMINAL["k_frame"]
 

@@ -10,7 +10,7 @@ from rigs import NOMINAL, effects
 from scipy.integrate import solve_ivp
 from scipy.stats import multivariate_normal, norm
 
-from rigid.rig import Surroundings, build_rig
+from rigid.physics.rig import Surroundings, build_rig
 from rigid.smoothing import budget, kalman, latent, model, quantised
 from rigid.smoothing.interval import at_place, intervals
 from rigid.smoothing.kalman import Backward, Filtered, Run, Samples

@@ -7,14 +7,14 @@ import pytest
 from rigs import MEMORY, NOMINAL, drive, effects, frame_problem, prior_draws, rig_of
 from scipy.linalg import expm
 
-from rigid.likelihood import fitted
-from rigid.parameters import scoped
-from rigid.rig import Surroundings, build_rig
+from rigid.likelihood.channels import fitted
+from rigid.likelihood.parameters import scoped
+from rigid.physics.rig import Surroundings, build_rig
 from rigid.solve import full, slow
 from rigid.solve.drive import STRIDE, plan
-from rigid.solve.exponential import jacobian, step_matrix
 from rigid.solve.release import ring
 from rigid.solve.rest import rest_under
+from rigid.solve.step_matrices import jacobian, step_matrix
 
 PSI = 6894.757
 BARS = {"load": 29.5, "stroke": 2.2e-5, "pressure": 0.5 * PSI}  # tenths of the sensors' steps

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import rigid
-from rigid.errors import InputError
+from rigid.io.errors import InputError
 from rigid.records.defects import NAMES
 from rigid.spec import (
     BandsSpec,

@@ -10,8 +10,8 @@ from scipy.integrate import odeint
 from test_solve import BARS, FRACTIONS, LINEAR, RECORD, exact
 
 from rigid.effects.bristle import share_rate
-from rigid.rig import Surroundings
-from rigid.sensors import readings
+from rigid.physics.rig import Surroundings
+from rigid.physics.sensors import readings
 from rigid.solve import release, staggered
 
 DRY = {

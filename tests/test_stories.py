@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from rigid.characteristic import PUBLISHED_RIG, modes
+from rigid.physics.characteristic import PUBLISHED_RIG, modes
+from rigid.published import quantities as q
+from rigid.published.catalogue import FIXED_ROOT, FREE_ROOT, MEMORY, ROD_SIDE, STORIES
+from rigid.published.printed import BLUNDER, log_probability
+from rigid.published.rod_side import ANNULUS
+from rigid.published.running import sliding_force
 from rigid.spec import find_spec, load_spec
-from rigid.stories import quantities as q
-from rigid.stories.catalogue import FIXED_ROOT, FREE_ROOT, MEMORY, ROD_SIDE, STORIES
-from rigid.stories.printed import BLUNDER, log_probability
-from rigid.stories.rod_side import ANNULUS
-from rigid.stories.running import sliding_force
 
 RIG = {
     "M_HC": 60.0, "M_Pl": 10.0, "M_Fl": 200.0, "S_Pl": 44.2e-4, "L_0": 0.2, "k_oil": 2e9,
@@ -219,7 +219,7 @@ def least_bar(mu, m2=110.0, gives_way=0.0):
 def test_the_state_at_rest_is_the_solvers():
     import jax.numpy as jnp
 
-    from rigid.rig import build_rig
+    from rigid.physics.rig import build_rig
     from rigid.solve.rest import rest_under
 
     values = {k: np.full(1, v) for k, v in (RIG | {"mu": 3e4}).items()}

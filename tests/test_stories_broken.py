@@ -12,11 +12,11 @@ import pytest
 from scipy.special import logsumexp
 from test_stories import SPEC, printed_as
 
-from rigid.stories import evidence
-from rigid.stories.catalogue import STORIES
-from rigid.stories.inference import open_quantities, values_at, weigh, weighed_at
-from rigid.stories.printed import BLUNDER
-from rigid.stories.story import plain
+from rigid.published import evidence
+from rigid.published.catalogue import STORIES
+from rigid.published.inference import open_quantities, values_at, weigh, weighed_at
+from rigid.published.printed import BLUNDER
+from rigid.published.story import plain
 
 pytestmark = pytest.mark.slow
 SLIP = -np.log(BLUNDER)

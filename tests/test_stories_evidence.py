@@ -7,9 +7,9 @@ from scipy.special import logsumexp
 from scipy.stats import norm
 from test_stories import SPEC, printed_as
 
-from rigid.stories.catalogue import CAUSES
-from rigid.stories.evidence import adapted, evidence, resampled
-from rigid.stories.running import common_given, log_density
+from rigid.published.catalogue import CAUSES
+from rigid.published.evidence import adapted, evidence, resampled
+from rigid.published.running import common_given, log_density
 
 
 def gaussian(z, centre, sd):

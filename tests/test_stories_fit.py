@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rigid.cli import Options
-from rigid.errors import InputError
-from rigid.posterior import load_posterior
+from rigid.fit import fit_published
+from rigid.inference.posterior import load_posterior
+from rigid.io.cli import Options
+from rigid.io.errors import InputError
+from rigid.published import evidence, inference, run
+from rigid.published.catalogue import STORIES
 from rigid.spec import find_spec, load_spec
-from rigid.stories import evidence, inference, run
-from rigid.stories.catalogue import STORIES
-from rigid.stories.command import fit_published
 
 PAPER = Path(__file__).parents[1] / "fits" / "paper.toml"
 SPEC = load_spec(find_spec(str(PAPER)))
@@ -30,10 +30,10 @@ def made(tmp_path_factory):
         patch.setattr(evidence, "LEARNED", 256)
         patch.setattr(inference, "BLOCK", 512)
         patch.setattr(run, "DRAWS", 100)
-        patch.setattr("rigid.stories.output.DRAWS", 100)
+        patch.setattr("rigid.report.published.output.DRAWS", 100)
         kept = tuple(s for s in STORIES if s.key in KEPT)
         patch.setattr(run, "STORIES", kept)
-        patch.setattr("rigid.stories.output.STORIES", kept)
+        patch.setattr("rigid.report.published.output.STORIES", kept)
         options = Options("paper", folder, 3, resume=False, quiet=True, as_json=False)
         return folder, fit_published(SPEC, options)
 

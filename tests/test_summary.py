@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from rigid import convergence
-from rigid.posterior import stack
-from rigid.summary import (
+from rigid.inference import convergence
+from rigid.inference.posterior import stack
+from rigid.inference.summary import (
     Check,
     Cost,
     Gap,

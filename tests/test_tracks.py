@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rigid.errors import InputError
+from rigid.io.errors import InputError
+from rigid.likelihood.tracks import MOST_SWITCHES, QUIET_LEAD, ROUND_TO, Series, make_track
 from rigid.records.record import Channel, Record
 from rigid.spec import Known, Stretch
-from rigid.tracks import MOST_SWITCHES, QUIET_LEAD, ROUND_TO, Series, make_track
 
 SHUT = (Stretch(position="shut"),)
 

@@ -6,23 +6,23 @@ import pytest
 from rigs import BASE, SHEETS, converted, drive, effects, parameters, track
 from scipy.special import logsumexp
 
-from rigid.discovery.bench import laid_out
-from rigid.discovery.fitting.families import families
-from rigid.discovery.fitting.hypothesis import Hypothesis, start
-from rigid.discovery.fitting.local import Local, expand, refined
-from rigid.discovery.fitting.samples import lay_out
-from rigid.discovery.unseen.bumps import Target
-from rigid.discovery.unseen.waves import FINER, waves
-from rigid.discovery.weighing.evidence import Bundle
+from rigid.discovery.signatures import laid_out
+from rigid.discovery.unmodelled.bumps import Target
+from rigid.discovery.unmodelled.waves import FINER, waves
 from rigid.discovery.weighing.explain import best_waves
 from rigid.discovery.workflow import weigh
 from rigid.effects import CATALOGUE
-from rigid.groups import SlowGroup
-from rigid.likelihood import make_pieces
-from rigid.priors import Lognormal
-from rigid.problem import Problem
-from rigid.shelf import Shelf
-from rigid.tracks import Series
+from rigid.io.cache import Shelf
+from rigid.likelihood.channels import make_pieces
+from rigid.likelihood.groups import SlowGroup
+from rigid.likelihood.priors import Lognormal
+from rigid.likelihood.problem import Problem
+from rigid.likelihood.tracks import Series
+from rigid.localfit.evidence import Bundle
+from rigid.localfit.families import families
+from rigid.localfit.hypothesis import Hypothesis, start
+from rigid.localfit.local import Local, expand, refined
+from rigid.localfit.samples import lay_out
 
 LENGTH, PHASE, FORCE = 5.3e-3, 0.7, 40.0
 CHOICE = (CATALOGUE["piston-leakage"], CATALOGUE["constant-force"])

@@ -9,11 +9,11 @@ import tempfile
 from pathlib import Path
 
 from rigid import discover
-from rigid.cli import Options
-from rigid.discovery.telling.residuals import against
+from rigid.io.cli import Options
+from rigid.io.runtime import prepare
 from rigid.plots.discovery import against_figure
 from rigid.plots.vector import svg
-from rigid.runtime import prepare
+from rigid.report.discovery.residuals import against
 from rigid.spec import load_spec
 
 

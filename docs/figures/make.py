@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from rigid.figures import heard
+from rigid.inference.posterior import load_posterior
 from rigid.plots.friction import friction_figure
 from rigid.plots.shown import QUANTILES, FrictionCurve
 from rigid.plots.vector import svg
-from rigid.posterior import load_posterior
-from rigid.published import FRICTION
+from rigid.report.calibration.shown import heard
+from rigid.report.paper_values import FRICTION
 
 
 def quantiles(group, name: str) -> np.ndarray:

@@ -5,7 +5,7 @@ python docs/figures/paper.py
 
 from pathlib import Path
 
-from rigid.runtime import prepare
+from rigid.io.runtime import prepare
 
 
 def main() -> None:
@@ -13,9 +13,9 @@ def main() -> None:
     prepare()
     from rigid.plots import stories as plots
     from rigid.plots.vector import svg
+    from rigid.published.run import run
+    from rigid.report.published.present import shown
     from rigid.spec import find_spec, load_spec
-    from rigid.stories.present import shown
-    from rigid.stories.run import run
 
     spec = load_spec(find_spec("paper"))
     seen = shown(spec, run(spec, spec.sampler.seed, print))

@@ -12,10 +12,10 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import norm
 
-from rigid.correlation import Autoregression
-from rigid.discovery.fitting.leftover import SETTLING, Explaining, coloured, noise_laws
-from rigid.discovery.fitting.local import Local
-from rigid.discovery.fitting.samples import Channel
+from rigid.likelihood.correlation import Autoregression
+from rigid.localfit.leftover import SETTLING, Explaining, coloured, noise_laws
+from rigid.localfit.local import Local
+from rigid.localfit.samples import Channel
 
 DRAWS = 1000
 """Simulated campaigns."""

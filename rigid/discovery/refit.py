@@ -5,12 +5,12 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from rigid.discovery.fitting.candidates import Candidate, standard_of
-from rigid.discovery.fitting.families import Family, families, holding
-from rigid.discovery.fitting.hypothesis import Hypothesis, widened
-from rigid.discovery.fitting.local import Local, expand, refined
-from rigid.discovery.weighing.evidence import amplitudes, most_probable
 from rigid.discovery.weighing.explain import Explained
+from rigid.localfit.candidates import Candidate, standard_of
+from rigid.localfit.evidence import amplitudes, most_probable
+from rigid.localfit.families import Family, families, holding
+from rigid.localfit.hypothesis import Hypothesis, widened
+from rigid.localfit.local import Local, expand, refined
 
 MOST = 3
 """Effects that are fitted in full, at most."""

@@ -6,25 +6,25 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rigid.discovery.bench import Bench, laid_out
-from rigid.discovery.fitting.families import Effects, families
-from rigid.discovery.fitting.hypothesis import Hypothesis, start
-from rigid.discovery.fitting.local import Local, expand, refined, with_weights
-from rigid.discovery.fitting.samples import lay_out
-from rigid.discovery.fitting.screening import Around, Screening, screen
-from rigid.discovery.fitting.weights import facts
-from rigid.discovery.further import next_record
-from rigid.discovery.judging import Left, Place, gap, left_out, place, units
 from rigid.discovery.refit import Refit, refit, worth_refitting
-from rigid.discovery.unseen.bumps import Target
+from rigid.discovery.signatures import Bench, laid_out
+from rigid.discovery.unmodelled.bumps import Target
 from rigid.discovery.weighing.explain import Explained, explain
 from rigid.discovery.weighing.odds import Odds, odds
 from rigid.discovery.weighing.pairs import pairs
 from rigid.discovery.weighing.verdict import verdict_of
-from rigid.newton import is_noise
-from rigid.priors import AbstractLaw
-from rigid.problem import Problem
-from rigid.shelf import Shelf
+from rigid.inference.newton import is_noise
+from rigid.io.cache import Shelf
+from rigid.likelihood.priors import AbstractLaw
+from rigid.likelihood.problem import Problem
+from rigid.localfit.families import Effects, families
+from rigid.localfit.hypothesis import Hypothesis, start
+from rigid.localfit.leave_one_out import Left, Place, gap, left_out, place, units
+from rigid.localfit.local import Local, expand, refined, with_weights
+from rigid.localfit.next_record import next_record
+from rigid.localfit.samples import lay_out
+from rigid.localfit.screening import Around, Screening, screen
+from rigid.localfit.weights import facts
 
 LIKELIER = 0.5
 """Something is missing where the probability of nothing is below this, and ..."""

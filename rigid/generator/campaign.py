@@ -15,12 +15,7 @@ from rigid.generator.schedule import Run
 from rigid.generator.sensors import spikes, unit_noise
 from rigid.generator.simulate import Readings, acting, plant_of, simulate
 from rigid.generator.specs import file_name, write_specs
-from rigid.generator.writers import (
-    write_accelerometer,
-    write_field_truth,
-    write_toa5,
-    write_truth,
-)
+from rigid.generator.writers import write_accelerometer, write_field_truth, write_toa5, write_truth
 
 MORNING = datetime(2018, 3, 12, 9, 30)  # the paper's field test was in March 2018
 SLOW_CHANNELS = ("load", "stroke", "pressure")

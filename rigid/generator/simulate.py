@@ -6,14 +6,7 @@ import numpy as np
 
 from rigid.generator.constants import AREA, FAST_RATE, SLOW_RATE
 from rigid.generator.draw import Truth
-from rigid.generator.plant import (
-    TOLERANCE,
-    Piece,
-    Plant,
-    Trajectory,
-    readings,
-    trajectory,
-)
+from rigid.generator.plant import TOLERANCE, Piece, Plant, Trajectory, readings, trajectory
 from rigid.generator.schedule import Run
 
 

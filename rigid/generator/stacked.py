@@ -16,13 +16,7 @@ import numpy as np
 from scipy.integrate import odeint
 
 from rigid.generator.draw import Truth
-from rigid.generator.plant import (
-    TOLERANCE,
-    Plant,
-    Trajectory,
-    absolute_tolerance,
-    readings,
-)
+from rigid.generator.plant import TOLERANCE, Plant, Trajectory, absolute_tolerance, readings
 from rigid.generator.schedule import Run
 from rigid.generator.simulate import plant_of, sampling_times
 

@@ -8,15 +8,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from rigid.plots.shown import FrictionCurve
-from rigid.plots.style import (
-    BLUE,
-    GREEN,
-    GREY,
-    VERMILION,
-    house_style,
-    new_figure,
-    panel_title,
-)
+from rigid.plots.style import BLUE, GREEN, GREY, VERMILION, house_style, new_figure, panel_title
 
 _HEIGHT = 5.0
 _LOWEST, _HIGHEST = 1e-2, 1e3

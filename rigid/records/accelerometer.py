@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from rigid.errors import InputError
+from rigid.io.errors import InputError
 from rigid.records.delimited import split
 from rigid.records.table import Table, build
 

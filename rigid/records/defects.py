@@ -6,7 +6,7 @@ from typing import get_args
 
 import numpy as np
 
-from rigid.errors import InputError
+from rigid.io.errors import InputError
 from rigid.spec import DefectName
 
 NAMES: tuple[str, ...] = get_args(DefectName)

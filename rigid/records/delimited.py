@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from rigid.errors import InputError
+from rigid.io.errors import InputError
 from rigid.records.table import Table, build, is_number, is_stamp, missing
 from rigid.records.units import known
 

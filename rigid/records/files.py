@@ -5,7 +5,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from rigid.errors import EnvironmentFaultError, InputError
+from rigid.io.errors import EnvironmentFaultError, InputError
 from rigid.records import accelerometer, delimited, toa5
 from rigid.records.table import Table
 

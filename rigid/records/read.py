@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rigid.errors import InputError
+from rigid.io.errors import InputError
 from rigid.records import checks
 from rigid.records.converter import without_ends
 from rigid.records.defects import Defect, causes, settle

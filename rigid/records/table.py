@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rigid.errors import InputError
+from rigid.io.errors import InputError
 from rigid.records.units import in_name, known
 
 STAMP = re.compile(r"\d{4}-\d\d-\d\d[ T]\d\d:\d\d(:\d\d(\.\d+)?)?")

@@ -4,7 +4,7 @@ import csv
 from dataclasses import replace
 from pathlib import Path
 
-from rigid.errors import InputError
+from rigid.io.errors import InputError
 from rigid.records.delimited import split
 from rigid.records.table import Table, build
 

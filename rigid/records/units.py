@@ -2,7 +2,7 @@
 
 import re
 
-from rigid.errors import InputError
+from rigid.io.errors import InputError
 
 DIMENSIONS = {
     "time": "time",

@@ -6,6 +6,7 @@ What the figures show is defined beside the plots, in `rigid.plots.shown`.
 
 from dataclasses import dataclass
 
+from rigid.inference.alternatives import Alternative
 from rigid.plots.shown import ChannelFit, Draws, FrictionCurve, Roots, Trace
 
 __all__ = [
@@ -102,26 +103,6 @@ class ProductRow:
     q05: float
     q95: float
     why: str = ""
-
-
-@dataclass(frozen=True)
-class Alternative:
-    """What a number becomes under a choice that no probability was given to.
-
-    - question: "beams of the frame that carry the load"; label: "two", "four"
-    - used: whether the rest of the page rests on this choice
-    - symbol, unit, median, q05, q95: the number it is judged by, usually k_LC
-    """
-
-    question: str
-    label: str
-    used: bool
-    median: float
-    q05: float
-    q95: float
-    text: str = ""
-    symbol: str = "k_{LC}"
-    unit: str = "N/m"
 
 
 @dataclass(frozen=True)

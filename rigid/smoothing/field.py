@@ -6,12 +6,12 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from rigid.errors import InputError
+from rigid.io.errors import InputError
+from rigid.likelihood.tracks import make_track
 from rigid.records.read import read_records
 from rigid.records.record import Record
 from rigid.smoothing.model import QUANTITIES, Reference
 from rigid.spec import Spec
-from rigid.tracks import make_track
 
 BLOCK = 512
 """Samples in one compiled stretch."""

@@ -14,8 +14,8 @@ from zipfile import BadZipFile
 import numpy as np
 
 from rigid import __version__
-from rigid.files import replacing, write_text
-from rigid.report.figures import Illustration
+from rigid.io.files import replacing, write_text
+from rigid.plots.illustration import Illustration
 from rigid.smoothing.budget import Line
 from rigid.smoothing.events import Fall, Turn
 from rigid.smoothing.field import Field

@@ -10,13 +10,13 @@ import numpy as np
 import xarray as xr
 from pydantic import ValidationError
 
-from rigid.assemble import chosen_effects, sheets
 from rigid.effects import AbstractEffect
-from rigid.errors import InputError
-from rigid.export import DIMENSIONS
-from rigid.parameters import scoped
-from rigid.posterior import load_posterior
-from rigid.rig import PRESLIDING, build_rig
+from rigid.inference.export import DIMENSIONS
+from rigid.inference.posterior import load_posterior
+from rigid.io.errors import InputError
+from rigid.likelihood.assemble import chosen_effects, sheets
+from rigid.likelihood.parameters import scoped
+from rigid.physics.rig import PRESLIDING, build_rig
 from rigid.smoothing.field import Field
 from rigid.smoothing.learning import Sheet
 from rigid.smoothing.model import QUANTITIES, Calibration

@@ -10,15 +10,7 @@ from rigid.smoothing import latent, quantised
 from rigid.smoothing.field import BLOCK, Field
 from rigid.smoothing.kalman import Filtered
 from rigid.smoothing.latent import Movement
-from rigid.smoothing.smoother import (
-    STEPS,
-    Draws,
-    Evidence,
-    filtered,
-    last_state,
-    smooth,
-    smoothed,
-)
+from rigid.smoothing.smoother import STEPS, Draws, Evidence, filtered, last_state, smooth, smoothed
 
 FACTORS = (8.0, 3.0, 1.7)
 """By which each scale is tried up and down, round by round; a round that moves goes on."""

@@ -18,9 +18,9 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.rig import Rig, Surroundings
-from rigid.sensors import readings
-from rigid.solve.exponential import step_matrix
+from rigid.physics.rig import Rig, Surroundings
+from rigid.physics.sensors import readings
+from rigid.solve.step_matrices import step_matrix
 
 LATENT_SCALES = (1e3, 1e5, 1e-1)
 """Typical size of the ice load [N], its slope [N/s] and kappa [-]."""

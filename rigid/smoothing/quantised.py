@@ -9,7 +9,7 @@ between two codes the first guess is off by up to a tenth of a step, the second 
 import jax.numpy as jnp
 import numpy as np
 
-from rigid.quantisation import interval
+from rigid.likelihood.quantisation import interval
 
 REACH = 4.0
 """Sds of noise, beyond half a step, to which the expansion point is held."""

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from rigid.rig import Rig
+from rigid.physics.rig import Rig
 from rigid.smoothing import kalman
 from rigid.smoothing.field import BLOCK, NODE, Field, node_places, reference
 from rigid.smoothing.interval import Interval, intervals

@@ -6,7 +6,7 @@ from tempfile import TemporaryFile
 import jax.numpy as jnp
 import numpy as np
 
-from rigid.files import write_fault
+from rigid.io.files import write_fault
 from rigid.smoothing.kalman import Filtered
 
 

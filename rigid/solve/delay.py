@@ -9,8 +9,8 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.rig import Rig, Surroundings
-from rigid.sensors import readings
+from rigid.physics.rig import Rig, Surroundings
+from rigid.physics.sensors import readings
 
 READ = ("load", "stroke", "pressure")
 """What is read of slow records."""

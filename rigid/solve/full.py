@@ -6,8 +6,8 @@ import numpy as np
 from jax import Array
 from jax.typing import ArrayLike
 
-from rigid.rig import Rig, Surroundings
-from rigid.sensors import readings
+from rigid.physics.rig import Rig, Surroundings
+from rigid.physics.sensors import readings
 from rigid.solve.drive import Drive
 from rigid.solve.rest import rest_under
 

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 from jax import Array
 from jax.typing import ArrayLike
 
-from rigid.rig import Rig, Surroundings
+from rigid.physics.rig import Rig, Surroundings
 
 NEWTON_STEPS = 4
 """One is exact for a linear spring; a stiffening one is solved to rounding in four."""

@@ -21,13 +21,13 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from rigid.rig import CORE_SCALES, FREE, Rig, Surroundings
+from rigid.physics.rig import CORE_SCALES, FREE, Rig, Surroundings
 from rigid.solve.delay import on_record, stepped
 from rigid.solve.drive import Drive, Plan, plan
-from rigid.solve.exponential import apply, mean_growth, step_matrix
 from rigid.solve.release import NODE
 from rigid.solve.rest import rest_under
-from rigid.solve.strokes import Strokes, foreseen
+from rigid.solve.step_matrices import apply, mean_growth, step_matrix
+from rigid.solve.stroke_range import Strokes, foreseen
 
 SUBSTEPS, WITH_BRISTLES, RELEASE_SUBSTEPS = 16, 24, 4
 """Steps a sample of slow records, without and with dry friction, and of releases: 0.6, 0.4 and

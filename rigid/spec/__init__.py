@@ -5,14 +5,7 @@ from rigid.spec.published import Printed, PublishedSpec
 from rigid.spec.read import find_spec, load_spec
 from rigid.spec.record import ChannelSpec, DefectName, RecordSpec, Stretch
 from rigid.spec.sheets import SensorSpec
-from rigid.spec.values import (
-    BandsSpec,
-    LawSpec,
-    ModelSpec,
-    RigSpec,
-    SamplerSpec,
-    Spec,
-)
+from rigid.spec.values import BandsSpec, LawSpec, ModelSpec, RigSpec, SamplerSpec, Spec
 
 __all__ = [
     "BandsSpec",

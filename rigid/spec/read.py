@@ -5,7 +5,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from rigid.errors import InputError
+from rigid.io.errors import InputError
 from rigid.spec.sentences import nearest, sentence
 from rigid.spec.values import Spec, SpecBody
 

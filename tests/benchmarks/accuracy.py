@@ -10,8 +10,8 @@ from campaign import Bench
 from reference import predictions
 from table import Row
 
-from rigid.likelihood import fitted
-from rigid.problem import Problem, predict
+from rigid.likelihood.channels import fitted
+from rigid.likelihood.problem import Problem, predict
 
 TOLERANCE = 1e-10
 COUNT = 0.05985504150390625

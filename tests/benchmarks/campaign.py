@@ -11,14 +11,14 @@ from pathlib import Path
 import jax.numpy as jnp
 import numpy as np
 
-from rigid.assemble import assemble
-from rigid.calibrate import propose
-from rigid.chart import chart_of
-from rigid.problem import Problem, log_posterior, walkers
-from rigid.proposal import MixtureProposal
+from rigid.inference.calibrate import propose
+from rigid.inference.coordinates import chart_of
+from rigid.inference.proposal import MixtureProposal
+from rigid.inference.sample import cores
+from rigid.inference.search import Found, search
+from rigid.likelihood.assemble import assemble
+from rigid.likelihood.problem import Problem, log_posterior, walkers
 from rigid.records.read import read_records
-from rigid.sample import cores
-from rigid.search import Found, search
 from rigid.spec import Spec, load_spec
 
 ROOT = Path(__file__).resolve().parents[2]

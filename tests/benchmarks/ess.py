@@ -14,7 +14,7 @@ from campaign import Bench
 from table import Row, missing, ratio_row
 from wall import fits
 
-from rigid.sample import cores
+from rigid.inference.sample import cores
 
 WHAT = "effective samples per second of the slowest parameter, whole fit"
 

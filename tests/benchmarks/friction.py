@@ -9,8 +9,8 @@ from campaign import SEED, Bench, batched
 from lsoda import ATOL, RTOL, LsodaPosterior
 from table import Row, ratio_row
 
-from rigid.assemble import assemble
-from rigid.problem import Problem, log_density
+from rigid.likelihood.assemble import assemble
+from rigid.likelihood.problem import Problem, log_density
 from rigid.records.read import read_records
 
 LAWS = {

@@ -8,11 +8,11 @@ import numpy as np
 from campaign import Bench, median_time
 from table import Row
 
-from rigid.groups import SlowGroup
-from rigid.likelihood import make_pieces
-from rigid.parameters import Parameter, Parameters
-from rigid.problem import Problem, log_posterior
-from rigid.tracks import Series, Track
+from rigid.likelihood.channels import make_pieces
+from rigid.likelihood.groups import SlowGroup
+from rigid.likelihood.parameters import Parameter, Parameters
+from rigid.likelihood.problem import Problem, log_posterior
+from rigid.likelihood.tracks import Series, Track
 
 FACTORS = (1, 3, 10, 30, 100)
 QUICK_FACTORS = (1, 10, 100)

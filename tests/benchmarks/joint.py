@@ -10,7 +10,7 @@ from campaign import Bench
 from lsoda import ATOL, RTOL, LsodaPosterior
 from table import Row, ratio_row
 
-from rigid.problem import log_density
+from rigid.likelihood.problem import log_density
 
 TIGHT = 1e-10
 LOOSE = 1e-4

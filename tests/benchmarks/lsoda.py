@@ -17,12 +17,12 @@ from scipy.integrate import odeint
 
 from rigid.effects.bristle import SPEED_ROUNDING
 from rigid.effects.pump_curve import HALF_DROP, MEAN_FLOW, STEEPNESS
-from rigid.groups import AbstractGroup, flow_label
-from rigid.likelihood import fitted
-from rigid.parameters import scoped
-from rigid.problem import LOG_2PI, Problem
-from rigid.rig import CORE_SCALES
-from rigid.tracks import Track
+from rigid.likelihood.channels import fitted
+from rigid.likelihood.groups import AbstractGroup, flow_label
+from rigid.likelihood.parameters import scoped
+from rigid.likelihood.problem import LOG_2PI, Problem
+from rigid.likelihood.tracks import Track
+from rigid.physics.rig import CORE_SCALES
 
 RTOL = 1e-6
 ATOL = 1e-8

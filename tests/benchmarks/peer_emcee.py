@@ -10,8 +10,8 @@ import numpy as np
 from campaign import Bench
 from lsoda import LsodaPosterior
 
-from rigid.problem import log_density, walkers
-from rigid.sample import cores
+from rigid.inference.sample import cores
+from rigid.likelihood.problem import log_density, walkers
 
 _WORKER: list[LsodaPosterior] = []
 
@@ -65,7 +65,7 @@ def shortened(bench: Bench, steps: int) -> tuple[float, int]:
 
 def _prepare(weights: dict[tuple[int, str], np.ndarray]) -> None:
     """Make the posterior of a worker."""
-    from rigid.runtime import prepare
+    from rigid.io.runtime import prepare
 
     prepare()
     _WORKER.append(LsodaPosterior(Bench(quick=True).plain.with_weights(weights)))

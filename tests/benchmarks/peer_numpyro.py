@@ -16,12 +16,12 @@ from jax import Array
 from reference import Stretch, begin, padded, solved, stretches
 from release import alone
 
-from rigid.likelihood import fitted
-from rigid.parameters import scoped
-from rigid.problem import Problem
-from rigid.rig import Rig, Surroundings, build_rig
-from rigid.search import search_from
-from rigid.sensors import readings
+from rigid.inference.search import search_from
+from rigid.likelihood.channels import fitted
+from rigid.likelihood.parameters import scoped
+from rigid.likelihood.problem import Problem
+from rigid.physics.rig import Rig, Surroundings, build_rig
+from rigid.physics.sensors import readings
 from rigid.solve.full import integrate
 from rigid.solve.rest import rest_under
 

@@ -10,8 +10,8 @@ import numpy as np
 import pints  # pyright: ignore[reportMissingImports]
 from campaign import Bench
 
-from rigid.convergence import effective_sizes
-from rigid.problem import log_posterior
+from rigid.inference.convergence import effective_sizes
+from rigid.likelihood.problem import log_posterior
 
 CHAINS = 3
 

@@ -10,14 +10,14 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from rigid.groups import flow_label
-from rigid.parameters import scoped
-from rigid.problem import Problem
-from rigid.rig import Rig, Surroundings, build_rig
-from rigid.sensors import Readings, readings
+from rigid.likelihood.groups import flow_label
+from rigid.likelihood.parameters import scoped
+from rigid.likelihood.problem import Problem
+from rigid.likelihood.tracks import Track
+from rigid.physics.rig import Rig, Surroundings, build_rig
+from rigid.physics.sensors import Readings, readings
 from rigid.solve.full import integrate
 from rigid.solve.rest import rest_under
-from rigid.tracks import Track
 
 ROOM = 1280
 """Samples of a stretch, at most."""

@@ -9,13 +9,13 @@ from campaign import Bench, batched, median_time
 from scipy.linalg import expm
 from table import Row, ratio_row
 
-from rigid.groups import ReleaseGroup
-from rigid.likelihood import Piece
-from rigid.parameters import scoped
-from rigid.problem import Problem, predict, walkers
-from rigid.rig import CORE_SCALES
-from rigid.sample import cores
-from rigid.tracks import Track
+from rigid.inference.sample import cores
+from rigid.likelihood.channels import Piece
+from rigid.likelihood.groups import ReleaseGroup
+from rigid.likelihood.parameters import scoped
+from rigid.likelihood.problem import Problem, predict, walkers
+from rigid.likelihood.tracks import Track
+from rigid.physics.rig import CORE_SCALES
 
 SCALES = np.array((*CORE_SCALES, 1e3, 1e3))
 LOG_SQRT_2PI = 0.9189385332046727

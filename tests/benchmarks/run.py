@@ -36,7 +36,7 @@ def options() -> argparse.Namespace:
 def main() -> None:
     given = options()
     os.environ["OPENBLAS_NUM_THREADS"] = "1"  # threads slow SciPy's 7 x 7 matrices down
-    from rigid.runtime import prepare
+    from rigid.io.runtime import prepare
 
     prepare()
     from campaign import Bench

@@ -14,8 +14,8 @@ from pathlib import Path
 from campaign import ROOT, SPEC, Bench
 from table import Row
 
-from rigid.calibrate import KEPT_STEPS, MODE_DRAWS
-from rigid.problem import walkers
+from rigid.inference.calibrate import KEPT_STEPS, MODE_DRAWS
+from rigid.likelihood.problem import walkers
 
 LIGHT = "\n[sampler]\nstarts = 2\nr_hat = 1.1\ness = 200\nblock = 50\n"
 """Settings of a quick run."""

@@ -13,7 +13,7 @@ from rigid.generator.constants import LITRE_PER_MINUTE
 from rigid.generator.hidden import HIDDEN, Hidden
 from rigid.generator.pieces import pump_flow
 from rigid.generator.simulate import simulate
-from rigid.groups import SlowGroup
+from rigid.likelihood.groups import SlowGroup
 
 FLOW = FREE.kappa * pump_flow(0.0)  # constant: the pressure stays far below p_max
 # Cause, its numbers at which it has the effect's form, and the effect's parameter.

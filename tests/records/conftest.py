@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rigid.errors import InputError
+from rigid.io.errors import InputError
 from rigid.records import Record, read_record
 from rigid.spec import ChannelSpec, RecordSpec, SensorSpec, Stretch
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from rigid.errors import InputError
+from rigid.io.errors import InputError
 from rigid.records.defects import NAMES
 from rigid.spec import Stretch
 

@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rigid.errors import EnvironmentFaultError, InputError
+from rigid.io.errors import EnvironmentFaultError, InputError
 from rigid.records.files import load, parse
 
 

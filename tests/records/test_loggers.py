@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rigid.errors import InputError
+from rigid.io.errors import InputError
 from rigid.records.files import load, parse
 
 HEADER = (

@@ -1,6 +1,6 @@
 import pytest
 
-from rigid.errors import InputError
+from rigid.io.errors import InputError
 from rigid.records.units import UNITS, contradiction, in_name, known, to_si
 
 PER_UNIT = [

@@ -199,7 +199,7 @@ def posterior_of(path: Path):
     """The spec that a posterior is of, and its law."""
     import tomllib
 
-    from rigid.posterior import load_posterior
+    from rigid.inference.posterior import load_posterior
     from rigid.smoothing.laws import read_law
     from rigid.spec.values import Spec, SpecBody
 
@@ -211,7 +211,7 @@ def posterior_of(path: Path):
 
 def main() -> int:
     args = options()
-    from rigid.runtime import prepare
+    from rigid.io.runtime import prepare
 
     prepare()
     spec, whole = posterior_of(args.posterior)

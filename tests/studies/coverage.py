@@ -76,9 +76,9 @@ def by_chain(problem, proposal, seed: int) -> "Drawn":
     import numpy as np
     from importance import ESS, Drawn
 
-    from rigid.chart import chart_of
-    from rigid.problem import log_posterior, walkers
-    from rigid.sample import Settings, sample
+    from rigid.inference.coordinates import chart_of
+    from rigid.inference.sample import Settings, sample
+    from rigid.likelihood.problem import log_posterior, walkers
 
     chart = chart_of(problem)
     settings = Settings(
@@ -100,14 +100,14 @@ def one_campaign(seed: int, args: argparse.Namespace) -> list[dict]:
     import numpy as np
     from importance import BATCH, Drawn, weighted
 
-    from rigid.assemble import assemble
-    from rigid.calibrate import propose
-    from rigid.chart import chart_of
-    from rigid.errors import InputError
     from rigid.generator.campaign import Conditions, campaign
-    from rigid.outcome import channels, overall_gap
+    from rigid.inference.calibrate import propose
+    from rigid.inference.coordinates import chart_of
+    from rigid.inference.derived import channels, overall_gap
+    from rigid.inference.search import search, search_from
+    from rigid.io.errors import InputError
+    from rigid.likelihood.assemble import assemble
     from rigid.records.read import read_records
-    from rigid.search import search, search_from
     from rigid.spec import load_spec
 
     with tempfile.TemporaryDirectory() as folder:
@@ -197,8 +197,8 @@ def quantities(problem, z, known: dict[str, float]) -> dict:
     """Every quantity at points z (n, size): its values (n,) and its truth."""
     import numpy as np
 
-    from rigid.friction import FREQUENCIES
-    from rigid.outcome import frictions, values_of
+    from rigid.inference.derived import frictions, values_of
+    from rigid.inference.friction_curve import FREQUENCIES
 
     values = values_of(problem, z)
     curve = frictions(problem, values)[""]
@@ -229,8 +229,8 @@ def halved(found):
     import equinox as eqx
     import jax.numpy as jnp
 
-    from rigid.parameters import Parameter, Parameters
-    from rigid.priors import Normal
+    from rigid.likelihood.parameters import Parameter, Parameters
+    from rigid.likelihood.priors import Normal
 
     problem = found.problem
     parameters, best = problem.parameters, found.optima[0].z
@@ -299,7 +299,7 @@ def main() -> int:
         sys.stdout.write(table(args.out) + "\n")
         return 0
     part, parts = (int(x) for x in args.part.split("/"))
-    from rigid.runtime import prepare
+    from rigid.io.runtime import prepare
 
     prepare()
     name = "halved" if args.halve_noise else "coverage"

@@ -61,7 +61,7 @@ def campaigns() -> list[Campaign]:
 
 def one_campaign(case: Campaign) -> dict:
     """Make a campaign, run discovery on it, and keep what the comparison says."""
-    from rigid.discovery.telling.compared import compared
+    from rigid.report.discovery.compared import compared
 
     row = {"case": case._asdict(), "seed": case.seed}
     with tempfile.TemporaryDirectory() as name:
@@ -159,7 +159,7 @@ def main() -> int:
     part, parts = (int(x) for x in args.part.split("/"))
     listed = campaigns()
     if not args.page:
-        from rigid.runtime import prepare
+        from rigid.io.runtime import prepare
 
         prepare()
         order = np.random.default_rng(ORDER).permutation(len(listed))

@@ -52,9 +52,9 @@ def discovered(made: Made, seed: int, folder: Path) -> tuple[dict, "Outcome | No
     What the command refuses or fails at has a `verdict` of its own here, and what it said.
     """
     from rigid import discover as command
-    from rigid.cli import Options
-    from rigid.discovery.telling.output import as_dict
-    from rigid.errors import RigidError
+    from rigid.io.cli import Options
+    from rigid.io.errors import RigidError
+    from rigid.report.discovery.output import as_dict
     from rigid.spec import load_spec
 
     given = Options(
@@ -132,7 +132,7 @@ def main() -> int:
     part, parts = (int(x) for x in args.part.split("/"))
     listed = cases(args.size)
     if not args.page:
-        from rigid.runtime import prepare
+        from rigid.io.runtime import prepare
 
         prepare()
         order = np.random.default_rng(ORDER).permutation(len(listed))

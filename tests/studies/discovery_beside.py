@@ -14,8 +14,8 @@ import numpy as np
 from discovery_cases import Made
 from scipy.stats import chi2, norm
 
-from rigid.discovery.fitting.local import Local
 from rigid.discovery.workflow import Outcome
+from rigid.localfit.local import Local
 
 LAGS = 20
 DRAWS = 4000

@@ -16,12 +16,12 @@ from typing import NamedTuple
 import numpy as np
 from discovery_cases import Made
 
-from rigid.discovery.fitting.local import Local, refined, with_weights
-from rigid.discovery.fitting.samples import data_of
 from rigid.discovery.refit import refit
 from rigid.discovery.workflow import Outcome
 from rigid.generator.refit import Key, noiseless
-from rigid.tracks import Track
+from rigid.likelihood.tracks import Track
+from rigid.localfit.local import Local, refined, with_weights
+from rigid.localfit.samples import data_of
 
 LEFT_OUT = ("frame-3,A", "free-run-2,A", "release-2,A")
 BLOCKS = 8

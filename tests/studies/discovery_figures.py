@@ -19,16 +19,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
-from rigid.plots.style import (
-    BLUE,
-    GREY,
-    INK,
-    PALE,
-    VERMILION,
-    house_style,
-    new_figure,
-    panel_title,
-)
+from rigid.plots.style import BLUE, GREY, INK, PALE, VERMILION, house_style, new_figure, panel_title
 
 Row = Mapping
 SHOWN_CLOSURE = (-0.5, 1.5)

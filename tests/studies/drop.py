@@ -36,13 +36,13 @@ class Case(NamedTuple):
 
 def one_campaign(case: Case) -> dict:
     """Fit a campaign and measure how far the truth is from the best fit."""
-    from rigid.assemble import assemble
-    from rigid.chart import chart_of
-    from rigid.errors import InputError
     from rigid.generator.campaign import Conditions, campaign
-    from rigid.problem import log_density
+    from rigid.inference.coordinates import chart_of
+    from rigid.inference.search import search_from
+    from rigid.io.errors import InputError
+    from rigid.likelihood.assemble import assemble
+    from rigid.likelihood.problem import log_density
     from rigid.records.read import read_records
-    from rigid.search import search_from
     from rigid.spec import load_spec
 
     row: dict = {"case": case._asdict()}
@@ -107,7 +107,7 @@ def main() -> int:
     parser.add_argument("--halve-noise", action="store_true")
     parser.add_argument("--out", type=Path, default=Path("docs/studies/coverage"))
     args = parser.parse_args()
-    from rigid.runtime import prepare
+    from rigid.io.runtime import prepare
 
     prepare()
     name = "drop" + args.wide_friction * "-wide" + args.halve_noise * "-halved"

@@ -4,11 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rigid.adaptation import drawn
-from rigid.calibrate import UNRELIABLE
-from rigid.chart import chart_of
-from rigid.problem import Problem, log_density
-from rigid.proposal import MixtureProposal, kish, pareto_shape
+from rigid.inference.adaptation import drawn
+from rigid.inference.calibrate import UNRELIABLE
+from rigid.inference.coordinates import chart_of
+from rigid.inference.proposal import MixtureProposal, kish, pareto_shape
+from rigid.likelihood.problem import Problem, log_density
 
 ESS = 500.0
 BATCH, MOST_DRAWS = 2048, 12_288

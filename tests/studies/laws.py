@@ -31,7 +31,7 @@ from discovery_scores import FLOOR
 from laws_page import FLAT, LEAST, page
 from rows import carry_out, lines_of
 
-from rigid.choosing.laws import BRISTLES, COULOMB, MEMORY, SEAL, STRIBECK, VISCOUS
+from rigid.friction.models import BRISTLES, COULOMB, MEMORY, SEAL, STRIBECK, VISCOUS
 from rigid.generator import Conditions, campaign
 from rigid.generator.campaign import drawn
 from rigid.generator.conditions import secret
@@ -40,7 +40,7 @@ from rigid.generator.hidden import Hidden, hide
 from rigid.generator.strength import TOLERANCE, Ground, ground
 
 if TYPE_CHECKING:
-    from rigid.choosing.fitting import Fitted
+    from rigid.friction.fits import Fitted
 
 FIRST_SEED = 951_000
 """Those from 950_000 on were looked at before slopes of steady rigs were derivatives."""
@@ -142,12 +142,12 @@ def compared(spec_path: Path, law: str, seed: int, settings: str) -> dict:
     The free runs of the other settings are masked, not taken out, so that programs are shared: a
     record of which nothing is read says nothing, and its flow keeps its prior.
     """
-    from rigid.assemble import assemble, given_laws
-    from rigid.choosing.comparing import compare
-    from rigid.choosing.fitting import fit_laws
-    from rigid.choosing.laws import laws, without_friction
-    from rigid.choosing.output import as_dict
+    from rigid.friction.comparison import compare
+    from rigid.friction.fits import fit_laws
+    from rigid.friction.models import laws, without_friction
+    from rigid.likelihood.assemble import assemble, given_laws
     from rigid.records.read import read_records
+    from rigid.report.laws.output import as_dict
     from rigid.spec import load_spec
 
     spec = load_spec(spec_path)
@@ -186,9 +186,9 @@ def replicates(fitted: "Fitted", law: str, seed: int) -> dict[str, float]:
     Shares of them in which the law is first, first or tied, strictly first, and below 5 % in
     probability; mean -ln p of it as stated and flattened.
     """
-    from rigid.choosing.comparing import MOST_APART, amplitudes_of
-    from rigid.choosing.scatter import scattered
-    from rigid.discovery.judging import units
+    from rigid.friction.comparison import MOST_APART, amplitudes_of
+    from rigid.localfit.leave_one_out import units
+    from rigid.localfit.scatter import scattered
 
     judged = {x.name: (fitted.fits[x.name], amplitudes_of(fitted.fits[x.name], x))
               for x in fitted.laws}  # fmt: skip
@@ -222,7 +222,7 @@ def one_campaign(case: Case, twice: bool = True) -> dict:
 
     - `twice`: compare them with one setting of the valve too, where the law is one of those.
     """
-    from rigid.errors import RigidError
+    from rigid.io.errors import RigidError
 
     row: dict = {"case": case._asdict(), "seed": case.seed, "answers": {}}
     with tempfile.TemporaryDirectory() as name:
@@ -281,7 +281,7 @@ def main() -> int:
     listed = cases(args.size)
     every = f"laws-{args.size}.*.jsonl"
     if not args.page:
-        from rigid.runtime import prepare
+        from rigid.io.runtime import prepare
 
         prepare()
         # Another cut into parts may have run it: no campaign is to count twice.

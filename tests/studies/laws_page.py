@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 from discovery_scores import FLOOR, TOLD_APART, lower, upper
 
-from rigid.choosing.laws import NAMES, VISCOUS, WORDS
+from rigid.friction.models import NAMES, VISCOUS, WORDS
 
 Row = Mapping
 FLAT = 0.7

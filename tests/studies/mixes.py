@@ -59,11 +59,11 @@ def runs() -> list[Run]:
 
 def problem_of(campaign: str, folder: Path):
     """Read a campaign and search its best fits."""
-    from rigid.assemble import assemble
     from rigid.generator import Conditions
     from rigid.generator.campaign import campaign as made
+    from rigid.inference.search import search
+    from rigid.likelihood.assemble import assemble
     from rigid.records.read import read_records
-    from rigid.search import search
     from rigid.spec import load_spec
 
     path = ROOT / "fits" / "calibration.toml"
@@ -86,9 +86,9 @@ class Found:
     def of(self, campaign: str):
         """The search of a campaign, and both laws by name."""
         if campaign not in self.known:
-            from rigid.calibrate import trusted
-            from rigid.chart import chart_of
-            from rigid.proposal import MixtureProposal
+            from rigid.inference.calibrate import trusted
+            from rigid.inference.coordinates import chart_of
+            from rigid.inference.proposal import MixtureProposal
 
             found = problem_of(campaign, self.folder)
             chart = chart_of(found.problem)
@@ -103,10 +103,10 @@ def measured(run: Run, found: Found) -> dict:
     """Sample; gives the least ESS of any parameter, seconds and acceptance."""
     import jax.numpy as jnp
 
-    from rigid import convergence, moves
-    from rigid.chart import chart_of
-    from rigid.problem import log_posterior, walkers
-    from rigid.sample import Settings, sample
+    from rigid.inference import convergence, moves
+    from rigid.inference.coordinates import chart_of
+    from rigid.inference.sample import Settings, sample
+    from rigid.likelihood.problem import log_posterior, walkers
 
     searched, laws, weights = found.of(run.campaign)
     problem = searched.problem
@@ -176,7 +176,7 @@ def main() -> int:
     args = parser.parse_args()
     path = args.out.with_suffix(".jsonl")
     if not args.page:
-        from rigid.runtime import prepare
+        from rigid.io.runtime import prepare
 
         prepare()
         with tempfile.TemporaryDirectory() as name:

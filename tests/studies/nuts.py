@@ -43,7 +43,7 @@ def whitened(found):
     import jax.numpy as jnp
     import numpy as np
 
-    from rigid.problem import log_posterior
+    from rigid.likelihood.problem import log_posterior
 
     best = found.optima[0]
     factor, mean = jnp.asarray(np.linalg.cholesky(best.covariance)), jnp.asarray(best.z)
@@ -119,8 +119,8 @@ def quantities(problem, values) -> dict:
     """k_LC, every kappa, abs(mu) at 80 Hz; draws of each, flat."""
     import numpy as np
 
-    from rigid.friction import FREQUENCIES
-    from rigid.outcome import frictions
+    from rigid.inference.derived import frictions
+    from rigid.inference.friction_curve import FREQUENCIES
 
     at = int(np.argmin(np.abs(FREQUENCIES - HERTZ)))
     named = {k: v for k, v in values.items() if k == "k_LC" or k.startswith("kappa")}
@@ -129,7 +129,7 @@ def quantities(problem, values) -> dict:
 
 def one_of(drawn, label: str):
     """Draws (n,) of a flat label, `kappa[free-run-2,A]`, from a dataset with dimensions."""
-    from rigid.export import indexed
+    from rigid.inference.export import indexed
 
     name, places = indexed(label)
     series = drawn[name]
@@ -140,7 +140,7 @@ def of_emcee(path: Path, problem) -> dict:
     """SI values of emcee's draws, flat, by label; what is known comes along."""
     import numpy as np
 
-    from rigid.posterior import load_posterior
+    from rigid.inference.posterior import load_posterior
 
     drawn = load_posterior(path)["posterior"].dataset
     values = {k: one_of(drawn, k) for k in problem.parameters.labels}
@@ -172,14 +172,14 @@ def table(ours: dict, theirs: dict, sizes: dict[str, float]) -> str:
 
 def main() -> None:
     args = options()
-    from rigid.runtime import prepare
+    from rigid.io.runtime import prepare
 
     prepare()
-    from rigid.assemble import assemble
-    from rigid.convergence import effective_sizes
-    from rigid.outcome import values_of
+    from rigid.inference.convergence import effective_sizes
+    from rigid.inference.derived import values_of
+    from rigid.inference.search import search
+    from rigid.likelihood.assemble import assemble
     from rigid.records.read import read_records
-    from rigid.search import search
     from rigid.spec import load_spec
 
     spec = load_spec(SPEC)

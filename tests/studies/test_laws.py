@@ -21,7 +21,7 @@ from laws_page import (
     told_apart,
 )
 
-from rigid.choosing.laws import COULOMB, MEMORY, NAMES, SEAL, STRIBECK, VISCOUS
+from rigid.friction.models import COULOMB, MEMORY, NAMES, SEAL, STRIBECK, VISCOUS
 from rigid.generator import Conditions
 from rigid.generator.campaign import drawn
 from rigid.generator.strength import ground

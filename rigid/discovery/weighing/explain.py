@@ -13,10 +13,10 @@ import numpy as np
 from scipy.special import logsumexp
 from scipy.stats import chi2
 
-from rigid.discovery.fitting.candidates import Candidate
-from rigid.discovery.fitting.screening import Screening
-from rigid.discovery.unseen.bumps import Target
-from rigid.discovery.weighing.evidence import Bundle, amplitudes, log_bayes
+from rigid.discovery.unmodelled.bumps import Target
+from rigid.localfit.candidates import Candidate
+from rigid.localfit.evidence import Bundle, amplitudes, log_bayes
+from rigid.localfit.screening import Screening
 
 NOTHING, UNNAMED = "nothing", "unnamed"
 PRIOR_NOTHING, PRIOR_UNNAMED = 0.4, 0.15

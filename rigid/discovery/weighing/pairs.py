@@ -10,8 +10,8 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.special import logsumexp
 
-from rigid.discovery.weighing.evidence import LOG_MASS, amplitudes
 from rigid.discovery.weighing.explain import Explained, curves_of_all
+from rigid.localfit.evidence import LOG_MASS, amplitudes
 
 POINTS = 241
 """Strengths at which the gain of the second effect is worked out."""

@@ -1,1 +1,0 @@
-"""Which law of friction the records speak for."""

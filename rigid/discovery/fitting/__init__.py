@@ -1,1 +1,0 @@
-"""A fit of the model and what could be added to it: programs, samples, slopes, weights."""

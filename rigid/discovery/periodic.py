@@ -1,0 +1,277 @@
+"""Whether records beat at one frequency, each with a phase of its own: the pump's ripple.
+
+A beat is a line of a tenth of a hertz somewhere in a prior of some octaves; a few settings of it
+would miss it. All of them are weighed instead. How strongly a record answers changes slowly with
+frequency, so few simulations tell it for all. With that the evidence for a line is one sum over
+frequencies and amplitudes, the phases integrated over: of a record whose residuals go by G at a
+frequency, the mean over all phases of its likelihood ratio is I_0(a |G|) exp(-a^2 J/2).
+"""
+
+import itertools
+import math
+from collections.abc import Sequence
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from scipy.signal import ZoomFFT
+from scipy.special import i0e, logsumexp
+from scipy.stats import norm
+
+from rigid.effects import AbstractEffect
+from rigid.likelihood.groups import beating
+from rigid.likelihood.priors import AbstractLaw, make_law
+from rigid.likelihood.tracks import Track
+from rigid.localfit.candidates import Candidate, laws_of, standard_of
+from rigid.localfit.evidence import amplitudes, log_bayes
+from rigid.localfit.families import Family
+from rigid.localfit.local import Local
+from rigid.localfit.samples import Channel
+from rigid.localfit.signature import traces
+
+SPREAD = 2.0
+"""Sds of the frequency's prior, either way, that are searched."""
+ANSWERS = 12
+"""Frequencies at which the records' answers are simulated; between them they are interpolated."""
+FINER = 3
+"""Frequencies tried in one over the longest time that a valve is open."""
+CHANCES = 300
+"""Simulated records without a line."""
+QUANTILES = np.linspace(-4.0, 4.0, 33)
+"""Of the amplitude's prior, on the standard normal scale, over which evidence is summed."""
+LOG_MASS = np.log(norm.pdf(QUANTILES) / norm.pdf(QUANTILES).sum())
+
+
+class Line(NamedTuple):
+    """The likeliest frequency at which the records beat.
+
+    - `frequency` [Hz]. - `angles`: label and value [rad] of the pump's angle in each record.
+    - `log_share`: log of the share of all settings that it stands for. - `chance`: log Bayes
+      factors of a line in simulated records that have none.
+    """
+
+    frequency: float
+    angles: tuple[tuple[str, float], ...]
+    log_share: float
+    chance: tuple[float, ...]
+
+    def candidate(self, effect: type[AbstractEffect], given: dict[str, AbstractLaw]) -> Candidate:
+        """Return the effect with these numbers, every angle's prior turned so as to be around it.
+
+        All angles are alike, but a posterior that is cut in two by the end of its prior is no bell.
+        """
+        laws = laws_of(effect, given)
+        amplitude = next(label for label, (info, _) in laws.items() if info.absent is not None)
+        info, law = laws[amplitude]
+        absent = float(info.absent or 0.0)
+        assert effect.beat is not None  # the caller asks
+        shape = {amplitude: absent, effect.beat: self.frequency, **dict(self.angles)}
+        around = {
+            label: make_law("uniform", {"low": at - math.pi, "high": at + math.pi}, label)
+            for label, at in self.angles
+            if label not in given
+        }
+        return Candidate(
+            effect, amplitude, absent, law, shape,
+            log_share=self.log_share, laws=around, chance=tuple(self.chance),
+        )  # fmt: skip
+
+
+class Heard(NamedTuple):
+    """A channel of a record in which the pump beats: its number, and that of its angle."""
+
+    number: int
+    channel: Channel
+    track: Track
+    angle: int
+
+
+class Ear(NamedTuple):
+    """How one channel hears a beat.
+
+    - `angle`: number of its record's angle. - `rows`: its samples while the valve is open,
+      `at` (rows,): their places on an even grid from `begin` [s], of which `spectrum` is taken.
+    - `answer` (frequencies,): complex amplitude of its reading to a unit of the effect.
+    - `weight`: half the sum of what its samples count.
+    """
+
+    angle: int
+    rows: np.ndarray
+    at: np.ndarray
+    begin: float
+    spectrum: ZoomFFT
+    answer: np.ndarray
+    weight: float
+
+
+class Hearing(NamedTuple):
+    """All that hears a beat: labels of the pump's angles, frequencies tried [Hz], channels."""
+
+    angles: tuple[str, ...]
+    frequencies: np.ndarray
+    ears: tuple[Ear, ...]
+
+    def pulls(self, score: np.ndarray) -> np.ndarray:
+        """How residuals go by a beat (..., angles, frequencies).
+
+        - `score` (..., n): slope of the log-likelihood by every sample.
+        """
+        shape = (*score.shape[:-1], len(self.angles), len(self.frequencies))
+        out = np.zeros(shape, dtype=complex)
+        for ear in self.ears:
+            series = np.zeros((*score.shape[:-1], int(ear.at[-1]) + 1))
+            series[..., ear.at] = score[..., ear.rows]
+            late = np.exp(-2j * np.pi * self.frequencies * ear.begin)
+            out[..., ear.angle, :] += ear.answer * np.conj(ear.spectrum(series) * late)
+        return out
+
+    def known(self) -> np.ndarray:
+        """What is known of a beat's size (angles, frequencies)."""
+        out = np.zeros((len(self.angles), len(self.frequencies)))
+        for ear in self.ears:
+            out[ear.angle] += np.abs(ear.answer) ** 2 * ear.weight
+        return out
+
+
+def lines(
+    local: Local, programs: tuple[Family, ...], effect: type[AbstractEffect]
+) -> tuple[Line, np.ndarray] | None:
+    """Find the likeliest line and its trace (n,); None where no valve is open for long enough.
+
+    - `effect`: one that beats.
+    """
+    given = dict(local.hypothesis.given)
+    assert effect.beat is not None  # the caller asks
+    laws = laws_of(effect, given)
+    heard = _hearing(local, programs, effect, laws[effect.beat][1])
+    if heard is None:
+        return None
+    info, law = next(found for found in laws.values() if found[0].absent is not None)
+    absent, known = float(info.absent or 0.0), heard.known()
+    weigh = partial(
+        log_bayes_of_line,
+        known=known,
+        sizes=np.asarray(law.from_standard(QUANTILES)) - absent,
+        log_prior=_log_prior(laws[effect.beat][1], heard.frequencies),
+    )
+    pulls = heard.pulls(local.terms.score)
+    each = weigh(pulls)
+    best = int(np.argmax(each))
+    pull, size = np.abs(pulls[:, best]).sum(), known[:, best].sum()
+    share = _total(each) - float(log_bayes(pull, size, amplitudes(law, absent)))
+    turned = np.mod(1.5 * math.pi - np.angle(pulls[:, best]), 2.0 * math.pi) - math.pi
+    line = Line(
+        float(heard.frequencies[best]),
+        tuple(zip(heard.angles, turned.tolist(), strict=True)),
+        share,
+        tuple(_total(weigh(one)) for one in heard.pulls(_noise(local))),
+    )
+    return line, traces(local, programs, [line.candidate(effect, given)])[:, 0]
+
+
+def _hearing(
+    local: Local, programs: tuple[Family, ...], effect: type[AbstractEffect], law: AbstractLaw
+) -> Hearing | None:
+    """What hears a beat whose frequency has a `law`; None where no two could be parted."""
+    labels = beating([effect], local.layout.problem.tracks)
+    angles = tuple(dict.fromkeys(labels.values()))
+    tracks = {t.label: t for t in local.layout.problem.tracks}
+    heard = [
+        Heard(number, channel, tracks[channel.track], angles.index(labels[channel.track]))
+        for number, channel in enumerate(local.layout.channels)
+        if channel.track in labels
+    ]
+    frequencies = _grid(local, law, heard)
+    if len(frequencies) < FINER:
+        return None
+    some = np.geomspace(frequencies[0], frequencies[-1], ANSWERS)
+    two = [
+        Line(float(f), tuple((label, at) for label in angles), 0.0, ()).candidate(
+            effect, dict(local.hypothesis.given)
+        )
+        for f, at in itertools.product(some, (0.0, 0.5 * math.pi))
+    ]
+    columns = traces(local, programs, two)
+    ears = (_ear(local, one, frequencies, (some, columns)) for one in heard)
+    return Hearing(angles, frequencies, tuple(ear for ear in ears if ear is not None))
+
+
+def _ear(
+    local: Local, one: Heard, frequencies: np.ndarray, answers: tuple[np.ndarray, np.ndarray]
+) -> Ear | None:
+    """Return how a channel hears the `frequencies`.
+
+    - `answers`: few of them, and its readings to sin and cos of each (n, 2 x few).
+    """
+    rows, interval = _open(local, one), one.channel.interval
+    weight = local.terms.bend[rows]
+    if weight.sum() <= 0.0:
+        return None
+    some, columns = answers
+    since = local.layout.time[rows] - float(one.track.first)
+    # To sin(w t) and cos(w t): imaginary and real part of the answer times exp(i w t).
+    waves = columns[rows, 1::2] + 1j * columns[rows, ::2]
+    mean = weight @ (waves * np.exp(-2j * np.pi * some * since[:, None])) / weight.sum()
+    answer = np.exp(
+        np.interp(frequencies, some, np.log(np.maximum(np.abs(mean), 1e-300)))
+        + 1j * np.interp(frequencies, some, np.unwrap(np.angle(mean)))
+    )
+    answer[frequencies > 0.5 / interval] = 0.0
+    at = np.round((since - since[0]) / interval).astype(int)
+    ends = [2.0 * interval * f for f in (frequencies[0], 2.0 * frequencies[-1] - frequencies[-2])]
+    spectrum = ZoomFFT(int(at[-1]) + 1, ends, len(frequencies))
+    known = 0.5 * float(weight.sum())
+    return Ear(one.angle, rows, at, float(since[0]), spectrum, answer, known)
+
+
+def _open(local: Local, one: Heard) -> np.ndarray:
+    """Samples of a channel that were read while the pump fed its record."""
+    rows = np.flatnonzero((local.layout.channel == one.number) & local.layout.read)
+    assert one.track.drive is not None  # the pump fed it
+    levels = np.asarray(one.track.drive.levels)
+    return rows[levels[np.searchsorted(one.track.drive.switches, local.layout.time[rows])] == 1]
+
+
+def _grid(local: Local, law: AbstractLaw, heard: Sequence[Heard]) -> np.ndarray:
+    """Frequencies [Hz] that are tried, evenly spaced; none where no line could be parted."""
+    low, high = (float(law.from_standard(z)) for z in (-SPREAD, SPREAD))
+    spans = [len(_open(local, one)) * one.channel.interval for one in heard]
+    top = min(high, max((0.5 / one.channel.interval for one in heard), default=0.0))
+    count = int(FINER * max(spans, default=0.0) * max(top - low, 0.0))
+    return low + (top - low) / max(count, 1) * np.arange(count)
+
+
+def _log_prior(law: AbstractLaw, frequencies: np.ndarray) -> np.ndarray:
+    """Log of the prior of each frequency tried, one of which it is."""
+    edges = np.append(frequencies, 2.0 * frequencies[-1] - frequencies[-2])
+    below = norm.cdf([standard_of(law, f) for f in edges])
+    logs = np.log(np.maximum(np.diff(below), 1e-300))
+    return logs - np.asarray(logsumexp(logs))
+
+
+def log_bayes_of_line(
+    pulls: np.ndarray, known: np.ndarray, sizes: np.ndarray, log_prior: np.ndarray
+) -> np.ndarray:
+    """Log Bayes factor of a beat of each frequency times its prior (frequencies,).
+
+    Amplitude and phases are averaged over.
+
+    - `pulls`, `known` (angles, frequencies). - `sizes` (amplitudes,): at QUANTILES of their prior.
+    - `log_prior` (frequencies,).
+    """
+    bent = sizes[:, None, None] * np.abs(pulls)
+    mean = np.sum(np.log(i0e(bent)) + bent, axis=1)
+    each = mean - 0.5 * sizes[:, None] ** 2 * known.sum(axis=0) + LOG_MASS[:, None]
+    return np.asarray(logsumexp(each, axis=0)) + log_prior
+
+
+def _total(logs: np.ndarray) -> float:
+    """Logarithm of a sum of exponentials."""
+    return float(np.asarray(logsumexp(logs)))
+
+
+def _noise(local: Local) -> np.ndarray:
+    """Slopes of the log-likelihood in records whose residuals are noise (CHANCES, n)."""
+    rng = np.random.default_rng(CHANCES)
+    spread = np.sqrt(np.maximum(local.terms.bend, 0.0))
+    return rng.standard_normal((CHANCES, len(spread))) * spread

@@ -1,1 +1,0 @@
-"""What was found, for programs, pages and terminals."""

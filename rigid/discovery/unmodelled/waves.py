@@ -1,0 +1,112 @@
+"""Waves over the stroke: a rough bore, the uneven scale of a sensor.
+
+A wave has a length that no prior knows to within a tenth, and bumps that are wide enough to cover
+the stroke average it away. So the residuals of the free runs are searched for the length at which
+they beat most over the stroke, as `rigid.discovery.periodic` searches over time; the best
+of so many
+lengths counts for the share of all lengths that it stands for.
+"""
+
+import math
+
+import numpy as np
+
+from rigid.discovery.unmodelled.bumps import Bumps, Target, together
+from rigid.localfit.local import Local
+from rigid.localfit.samples import Channel
+from rigid.localfit.signature import reads
+
+WAVING = {
+    "pressure": ("force", "plunger-momentum"),
+    "stroke": ("stroke", "sensor"),
+    "load": ("load", "sensor"),
+}
+"""What a wave in a channel is taken for: a gauge does not feel the stroke, the plunger does."""
+KIND = "free-run"
+"""Records long enough for waves; in a frame a plunger hardly moves."""
+SHORTEST = 1e-3
+"""Length [m] below which no wave is looked for: what a stroke sensor tells apart."""
+LEAST_WAVES = 4.0
+"""Waves that must fit into the stroke: longer ones are what bumps are for."""
+FINER = 4
+"""Lengths tried in one that a stroke tells apart."""
+WIDTH = math.sqrt(2.0 * math.pi) * math.sqrt(12.0) / (2.0 * math.pi)
+"""A wave of strength s stands out over WIDTH/s of the wave numbers that a stroke tells apart."""
+
+
+def waves(local: Local) -> Bumps:
+    """Find the wave of every quantity over the stroke, and its traces.
+
+    Each sensor's rows have a cosine and a sine of their own, in that order; `centre` is the number
+    of the sensor.
+    """
+    none = Bumps(np.zeros((len(local.residual), 0)), (), np.zeros(0))
+    found = [_waving(local, quantity) for quantity in WAVING]
+    return together([none, *(one for one in found if one is not None)])
+
+
+def _waving(local: Local, quantity: str) -> Bumps | None:
+    """The wave of one quantity, None where no record has both it and the stroke."""
+    layout = local.layout
+    found = [_over_stroke(local, c) for c in layout.channels if c.quantity == quantity]
+    here = [(rows, stroke) for one in found if one is not None for rows, stroke in [one]]
+    if not here:
+        return None
+    rows, stroke = (np.concatenate(part) for part in zip(*here, strict=True))
+    sensors = np.unique(layout.sensor[rows])
+    span = float(np.ptp(stroke))
+    low, high = LEAST_WAVES / max(span, 1e-12), min(1.0 / SHORTEST, _most(here))
+    if high <= low:
+        return None
+    tried = math.ceil(span * (high - low))
+    numbers = np.linspace(low, high, FINER * tried)
+    power = np.zeros(len(numbers))
+    for sensor in sensors:
+        mine = layout.sensor[rows] == sensor
+        power += _power(local, rows[mine], stroke[mine], numbers)
+    best = int(np.argmax(power))
+    strength = math.sqrt(float(power[best]))
+    share = math.log(min(WIDTH / max(strength, 1.0), 1.0) / tried)
+    kind, equation = WAVING[quantity]
+    target = Target(kind, equation, "stroke", None, float(1.0 / numbers[best]), share, tried)
+    unit = reads(local)[rows] / (_area(local) if kind == "force" else 1.0)
+    phase = 2.0 * np.pi * numbers[best] * stroke
+    columns = np.zeros((len(local.residual), 2 * len(sensors)))
+    for i, sensor in enumerate(sensors):
+        mine = layout.sensor[rows] == sensor
+        columns[rows[mine], 2 * i] = (unit * np.cos(phase))[mine]
+        columns[rows[mine], 2 * i + 1] = (unit * np.sin(phase))[mine]
+    return Bumps(columns, (target,) * columns.shape[1], np.repeat(sensors, 2).astype(float))
+
+
+def _area(local: Local) -> float:
+    """The plunger's area [m^2]: a gauge reads F/S of a force that changes slowly beside the oil."""
+    hypothesis = local.hypothesis
+    sampled = {label: value for label, (value, _) in hypothesis.values(local.w).items()}
+    return (hypothesis.constants() | sampled)["S_Pl"]
+
+
+def _over_stroke(local: Local, channel: Channel) -> tuple[np.ndarray, np.ndarray] | None:
+    """Rows of a channel that were read, and the stroke [m] at each; None where it is not known."""
+    layout = local.layout
+    own = layout.channels.index(channel)
+    strokes = [i for i, c in enumerate(layout.channels) if c[:3] == (*channel[:2], "stroke")]
+    if channel.kind != KIND or not strokes:
+        return None
+    rows = np.flatnonzero((layout.channel == own) & layout.read)
+    at = layout.channel == strokes[0]
+    return rows, np.interp(layout.time[rows], layout.time[at], local.reading[at])
+
+
+def _most(here: list[tuple[np.ndarray, np.ndarray]]) -> float:
+    """Greatest wave number [1/m] that the slowest record that moves still samples twice."""
+    steps = [np.abs(np.diff(stroke)) for _, stroke in here]
+    moving = [float(np.median(s[s > 0.1 * s.max()])) for s in steps if s.max() > 0.0]
+    return 0.5 / min(moving) if moving else 0.0
+
+
+def _power(local: Local, rows: np.ndarray, stroke: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+    """Twice the log-likelihood gained by a wave of each number [1/m] (m,), as chi squared of 2."""
+    score, weight = local.terms.score[rows], float(local.terms.bend[rows].sum())
+    turned = np.exp(2j * np.pi * np.outer(numbers, stroke)) @ score
+    return 2.0 * np.abs(turned) ** 2 / max(weight, 1e-300)

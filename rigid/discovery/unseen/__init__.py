@@ -1,1 +1,0 @@
-"""Hidden things that no effect of the catalogue stands for, and the traces they would leave."""

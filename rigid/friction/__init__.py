@@ -1,0 +1,1 @@
+"""Which friction model the records speak for."""

@@ -1,0 +1,208 @@
+"""The laws compared: evidence, probability, left-out records, and what it all amounts to."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import logsumexp
+
+from rigid.friction.fits import Fitted
+from rigid.friction.models import Law, amplitude_labels
+from rigid.friction.prior_widths import AS_STATED, VARIANTS
+from rigid.likelihood.priors import AbstractLaw
+from rigid.localfit.integral import evidence
+from rigid.localfit.leave_one_out import units
+from rigid.localfit.left_out_refits import Left, left_out
+from rigid.localfit.local import Local
+from rigid.localfit.samples import Layout
+from rigid.localfit.scatter import Scattered, scattered
+
+MOST_APART = 4.0
+"""Nats of log predictive density by which a law that is tied with the first is worse at most."""
+DECIDED = float(np.log(20.0))
+"""Log odds that decide between a law and a larger one that contains it."""
+HOPELESS = 15.0
+"""Nats of evidence below the first law from which on no fit is made again for a law."""
+LAW, TIED, CANNOT_TELL = "law", "tied", "cannot-tell"
+"""Verdicts: one law; one law, and larger ones that the records do not need; several laws."""
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Standing:
+    """How a law stands.
+
+    - `law`, `local`: its fit. - `left`: of records left out. - `difference` (parts,): of the log
+      predictive density to the first law's. - `error`: calibrated standard error of its sum;
+      `errors` (parts,) of each part; 0 for the first. - `odds_error`: of the log evidence.
+    - `expected`: mean of the sum over campaigns of the first law. - `tied`: with the first.
+    - `evidence`, `probability`: log evidence, by variant of the amplitudes' priors, and share.
+    """
+
+    law: Law
+    local: Local
+    left: Left
+    difference: np.ndarray
+    errors: np.ndarray
+    error: float
+    odds_error: float
+    expected: float
+    tied: bool
+    evidence: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    probability: Mapping[str, float] = dataclasses.field(default_factory=dict)
+
+    @property
+    def elpd(self) -> float:
+        """Difference of the log predictive density of all left-out parts to the first law's."""
+        return float(self.difference.sum())
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Comparison:
+    """All laws, the most probable first.
+
+    - `verdict`: LAW, TIED or CANNOT_TELL. - `parts`: names of what was left out in turn.
+    """
+
+    standings: tuple[Standing, ...]
+    verdict: str
+    parts: tuple[str, ...]
+    fitted: Fitted
+
+    @property
+    def first(self) -> Standing:
+        """The most probable law."""
+        return self.standings[0]
+
+    @property
+    def tied(self) -> tuple[Standing, ...]:
+        """Laws that the records do not part from the first."""
+        return tuple(one for one in self.standings[1:] if one.tied)
+
+
+def compare(fitted: Fitted, seed: int) -> Comparison:
+    """Compare the laws that have been fitted; `seed` is that of the simulated campaigns."""
+    layout = next(iter(fitted.fits.values())).layout
+    parts = units(next(iter(fitted.fits.values())), None)
+    judged = {
+        law.name: (fitted.fits[law.name], amplitudes_of(fitted.fits[law.name], law))
+        for law in fitted.laws
+    }
+    logs = {name: _variants(*one) for name, one in judged.items()}
+    variants = next(iter(logs.values()))
+    chance = {v: probabilities({n: one[v] for n, one in logs.items()}) for v in variants}
+    ranked = sorted(fitted.laws, key=lambda law: -chance[AS_STATED][law.name])
+    first = ranked[0].name
+    left = _left(fitted, judged, {name: one[AS_STATED] for name, one in logs.items()}, parts)
+    of_first = scattered(fitted.fits[first], judged, parts, seed)
+    standings = []
+    for number, law in enumerate(ranked):
+        two = {n: judged[n] for n in (first, law.name)}
+        own = scattered(fitted.fits[law.name], two, parts, seed + number) if number else of_first
+        standing = _standing(law, fitted.fits[law.name], left, first, (of_first, own))
+        told = {v: p[law.name] for v, p in chance.items()}
+        standings.append(dataclasses.replace(standing, evidence=logs[law.name], probability=told))
+    names = tuple(_named(layout, rows) for rows in parts)
+    verdict = verdict_of([Odds(one.law, one.evidence, one.tied) for one in standings])
+    return Comparison(tuple(standings), verdict, names, fitted)
+
+
+def _left(
+    fitted: Fitted,
+    judged: Mapping[str, tuple[Local, Mapping[str, AbstractLaw]]],
+    logs: Mapping[str, float],
+    parts: Sequence[np.ndarray],
+) -> dict[str, Left]:
+    """What each law says of records left out; fits are made again for laws that have a chance."""
+    best, out = max(logs.values()), {}
+    groups: dict[bool | None, list[str]] = {}
+    for law in fitted.laws:
+        near = logs[law.name] > best - HOPELESS
+        groups.setdefault(law.dry is None if near else None, []).append(law.name)
+    for viscous, names in groups.items():
+        program = None
+        if viscous is not None:
+            program = fitted.programs.viscous if viscous else fitted.programs.dry
+        out |= left_out(program, {name: judged[name] for name in names}, parts)
+    return out
+
+
+def _standing(
+    law: Law,
+    local: Local,
+    left: Mapping[str, Left],
+    first: str,
+    campaigns: Sequence[Mapping[str, Scattered]],
+) -> Standing:
+    """How a law stands to the first; `campaigns`: made by the first, and by the law itself."""
+    density = [c[law.name].density - c[first].density for c in campaigns]
+    logs = [c[law.name].evidence - c[first].evidence for c in campaigns]
+    error = max(float(d.sum(axis=1).std()) for d in density)
+    difference = left[law.name].density - left[first].density
+    return Standing(
+        law=law,
+        local=local,
+        left=left[law.name],
+        difference=difference,
+        errors=np.max([d.std(axis=0) for d in density], axis=0),
+        error=error,
+        odds_error=max(float(d.std()) for d in logs),
+        expected=float(density[0].sum(axis=1).mean()),
+        tied=law.name != first and float(difference.sum()) > -min(error, MOST_APART),
+    )
+
+
+class Odds(NamedTuple):
+    """What a verdict goes by: a law, its log evidence by variant, and if it is tied."""
+
+    law: Law
+    evidence: Mapping[str, float]
+    tied: bool
+
+
+def verdict_of(standings: Sequence[Odds]) -> str:
+    """Say what standings amount to, the first law's before the others'.
+
+    Laws that contain the first and are tied with it are not needed where the odds say so whatever
+    the width of their priors; any other tie is one that the records cannot part.
+    """
+    first = standings[0]
+    tied = [one for one in standings[1:] if one.tied]
+    needless = [
+        one.law.contains(first.law)
+        and all(first.evidence[v] - one.evidence[v] > DECIDED for v in first.evidence)
+        for one in tied
+    ]
+    if not tied:
+        return LAW
+    return TIED if all(needless) else CANNOT_TELL
+
+
+def probabilities(logs: Mapping[str, float]) -> dict[str, float]:
+    """Probabilities of laws that are all as probable before any record."""
+    total = float(np.asarray(logsumexp(list(logs.values()))))
+    return {name: float(np.exp(log - total)) for name, log in logs.items()}
+
+
+def amplitudes_of(local: Local, law: Law) -> dict[str, AbstractLaw]:
+    """Prior laws of a law's amplitudes, by label, where they are uncertain."""
+    known = {p.label: p.law for p in local.hypothesis.parameters}
+    labels = amplitude_labels(law, local.hypothesis.given)
+    return {label: known[label] for label in labels if label in known}
+
+
+def _variants(local: Local, amplitudes: Mapping[str, AbstractLaw]) -> dict[str, float]:
+    """Log evidence under each variant of the amplitudes' priors."""
+    return {
+        name: evidence(local, {label: change(law) for label, law in amplitudes.items()})
+        for name, change in VARIANTS.items()
+    }
+
+
+def _named(layout: Layout, rows: np.ndarray) -> str:
+    """Name of a part: its record, and the stretch of it where there is one record only."""
+    track = layout.tracks[int(layout.track[np.flatnonzero(rows)[0]])]
+    if len(layout.tracks) > 1:
+        return track
+    times = layout.time[rows]
+    return f"{track} {times.min():.2f}-{times.max():.2f} s"

@@ -1,0 +1,139 @@
+"""Every law fitted to the records, in two programs: viscous friction, and dry friction."""
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from rigid.friction.models import BRISTLES, DRY, MEMORY, VISCOUS, Law
+from rigid.friction.starts import constant_starts, dry_starts, memory_starts, prior_starts
+from rigid.likelihood.priors import AbstractLaw
+from rigid.likelihood.problem import Problem
+from rigid.localfit.families import families
+from rigid.localfit.hypothesis import Hypothesis
+from rigid.localfit.joint_ascent import (
+    MOST_TURNS,
+    Place,
+    Program,
+    descended,
+    led,
+    settled,
+    simulated,
+)
+from rigid.localfit.local import Local, with_weights
+from rigid.localfit.samples import Layout, lay_out
+from rigid.localfit.weights import facts
+
+STARTS = 4
+"""Starts of the model with memory: the centre of its priors, and draws from them."""
+FIRST_TURNS = 10
+"""Turns of the program after which only the best start goes on."""
+BEGINNINGS = {BRISTLES: 2}
+"""Starts of a law of dry friction; one of the others."""
+FIRST_DRY_TURNS, MOST_DRY_TURNS, LAST_DRY_TURNS = 2, 4, 2
+"""Turns after which only the best start of each law of dry friction goes on, how many more at most,
+and how many once all samples have their weights."""
+WIDTH = 16
+"""Simulations side by side in the program of dry friction: one turn serves a step of all its laws,
+which take 14."""
+
+Report = Callable[[str], None]
+
+
+class Programs(NamedTuple):
+    """The compiled programs."""
+
+    viscous: Program
+    dry: Program
+
+    def of(self, law: Law) -> Program:
+        """The one that holds a law."""
+        return self.viscous if law.dry is None else self.dry
+
+
+@dataclasses.dataclass(frozen=True)
+class Fitted:
+    """All laws at their best, the same weights of samples in all.
+
+    - `programs`; `laws`. - `fits`: by name of the law.
+    """
+
+    programs: Programs
+    laws: tuple[Law, ...]
+    fits: Mapping[str, Local]
+
+
+def fit_laws(
+    problem: Problem,
+    laws: tuple[Law, ...],
+    given: Mapping[str, AbstractLaw],
+    seed: int,
+    report: Report,
+) -> Fitted:
+    """Fit every law.
+
+    - `problem`: with viscous friction and memory. - `given`: priors that go before the effects'
+      own, by label. - `seed`: of the starts.
+
+    How many facts a sample is gets judged once every law has had its say: what the best of them
+    leaves over, and what none of them could take away, is noise.
+    """
+    plain = families(problem, (), together=True)[0]
+    wide = dataclasses.replace(families(problem, DRY, together=True)[0], width=WIDTH)
+    viscous, dry = programs = Programs(Program(plain), Program(wide, plain))
+    layout = lay_out(problem)
+    layout = layout.weighed((layout.weight > 0.0).astype(float))
+    report("fitting constant friction and friction with memory")
+    fits = _viscous(viscous, Hypothesis(problem, given=given), layout, laws[0], seed)
+    listed = [law for law in laws if law.dry is not None]
+    base = fits[MEMORY if listed[0].memory else VISCOUS]
+    report("fitting dry friction")
+    starts = dry_starts(base, dry.family, listed, BEGINNINGS)
+    fits |= _dry(dry, [(name, p) for name, places in starts.places.items() for p in places])
+    best_one = max(fits.values(), key=lambda one: one.log_evidence)
+    weight = facts(best_one, starts.changes)
+    report("fitting all laws again, correlated residuals at their worth")
+    out = {name: with_weights(one, weight) for name, one in fits.items()}
+    for program, names, turns in (
+        (viscous, (VISCOUS, MEMORY), MOST_TURNS),
+        (dry, tuple(law.name for law in listed), LAST_DRY_TURNS),
+    ):
+        ends = settled(program, [out[name] for name in names], turns)
+        out |= dict(zip(names, ends, strict=True))
+    return Fitted(programs, laws, out)
+
+
+def _viscous(
+    program: Program, hypothesis: Hypothesis, layout: Layout, constant: Law, seed: int
+) -> dict[str, Local]:
+    """Fits with memory, and without; with memory once more from the fit without.
+
+    A law that contains another is never the worse for it: where its own starts have led nowhere,
+    that of the other does.
+    """
+    memory = _best(program, prior_starts(hypothesis, layout, STARTS, seed))
+    still = _best(program, constant_starts(memory, constant))
+    again = _best(program, memory_starts(still, memory))
+    return {VISCOUS: still, MEMORY: max(memory, again, key=lambda one: one.value)}
+
+
+def _best(program: Program, places: Sequence[Place]) -> Local:
+    """The best of several starts after a few turns, led to its end.
+
+    Those at which nothing can be simulated are left out.
+    """
+    begun = [one for one in simulated(program, places) if np.isfinite(one.value)]
+    ends = descended(program, begun, FIRST_TURNS)
+    return led(program, [max(ends, key=lambda one: one.value)])[0]
+
+
+def _dry(program: Program, begun: Sequence[tuple[str, Place]]) -> dict[str, Local]:
+    """The best end of each law."""
+    here = simulated(program, [place for _, place in begun])
+    ends = descended(program, here, FIRST_DRY_TURNS)
+    found: dict[str, Local] = {}
+    for (name, _), end in zip(begun, ends, strict=True):
+        if name not in found or end.value > found[name].value:
+            found[name] = end
+    return dict(zip(found, led(program, list(found.values()), MOST_DRY_TURNS), strict=True))

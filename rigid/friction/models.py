@@ -1,0 +1,116 @@
+"""The laws of friction that are compared, and the model without any of them.
+
+All stand on viscous friction. Dry friction comes beside what the spec's model has of it: a constant
+coefficient, or one with memory where the spec names `frequency-dependent-friction`. One program
+simulates all of dry friction: Stribeck's law is that of bristles of the rig's presliding bending
+without damping, Coulomb's is Stribeck's without excess.
+"""
+
+import dataclasses
+from collections.abc import Mapping
+
+from rigid.effects import CATALOGUE, AbstractEffect
+from rigid.likelihood.priors import AbstractLaw
+from rigid.likelihood.problem import Problem
+from rigid.localfit.candidates import laws_of
+from rigid.localfit.families import quiet_values
+from rigid.spec import Spec
+
+VISCOUS, MEMORY = "viscous-friction", "frequency-dependent-friction"
+COULOMB, STRIBECK = "coulomb-friction", "stribeck-friction"
+BRISTLES, SEAL = "lugre-friction", "pressure-dependent-friction"
+NAMES = (VISCOUS, MEMORY, COULOMB, STRIBECK, BRISTLES, SEAL)
+WORDS = {
+    VISCOUS: "constant viscous",
+    MEMORY: "memory",
+    COULOMB: "Coulomb",
+    STRIBECK: "Stribeck",
+    BRISTLES: "LuGre",
+    SEAL: "pressure-dependent",
+}
+DRY = (CATALOGUE[BRISTLES], CATALOGUE[SEAL])
+"""What the program of dry friction holds."""
+WITHIN = {VISCOUS: (), COULOMB: (VISCOUS,), STRIBECK: (VISCOUS, COULOMB), SEAL: (VISCOUS,),
+          BRISTLES: (VISCOUS, COULOMB, STRIBECK), MEMORY: (VISCOUS,)}  # fmt: skip
+"""Laws that each becomes where some of its numbers take a limit."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Law:
+    """One law of friction.
+
+    - `name`: that of its effect. - `memory`: whether a coefficient with memory is part of it.
+    - `dry`: what stands for it in the program of dry friction, None for viscous laws.
+    - `held`: numbers of the program, by label, that the law has at a value.
+    """
+
+    name: str
+    memory: bool
+    dry: type[AbstractEffect] | None = None
+    held: Mapping[str, float] = dataclasses.field(default_factory=dict)
+
+    @property
+    def words(self) -> str:
+        """Name for tables."""
+        beside = " beside memory" if self.memory and self.dry is not None else ""
+        return WORDS[self.name] + beside
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Effects of friction that a spec of this law names."""
+        memory = (MEMORY,) if self.memory else ()
+        return (VISCOUS, *memory, *((self.name,) if self.dry is not None else ()))
+
+    def contains(self, other: "Law") -> bool:
+        """Whether another law is a limit of this one."""
+        if self.name == other.name or other.memory > self.memory:
+            return False
+        simpler = VISCOUS if other.dry is None else other.name
+        return other.name == VISCOUS or simpler in WITHIN[self.name]
+
+
+def without_friction(spec: Spec) -> Spec:
+    """Return the spec with viscous friction and memory as its only friction, everywhere alike.
+
+    A coefficient that varies by kind of record is no law but a stopgap for one; it goes.
+    """
+    model = spec.model
+    kept = [name for name in model.effects if name not in NAMES or name in (VISCOUS, MEMORY)]
+    names = {info.name for one in NAMES for info in CATALOGUE[one].parameters()}
+    changes = {
+        "effects": tuple(dict.fromkeys((*kept, VISCOUS, MEMORY))),
+        "candidates": tuple(dict.fromkeys((*(model.candidates or ()), *NAMES))),
+        "vary": {k: v for k, v in model.vary.items() if k not in names},
+        "only": {k: v for k, v in model.only.items() if k not in NAMES},
+    }
+    return spec.model_copy(update={"model": model.model_copy(update=changes)})
+
+
+def laws(spec: Spec, problem: Problem) -> tuple[Law, ...]:
+    """List the laws for a spec, the simplest first; `problem` is that of `without_friction`."""
+    memory = MEMORY in spec.model.effects
+    still = quiet_values(CATALOGUE[MEMORY])
+    none = {} if memory else still
+    numbers = (*problem.parameters.sampled, *problem.parameters.known)
+    bending = next(p for p in numbers if p.label == "presliding")
+    stiff = {"z_bristle": float(bending.law.from_standard(0.0)), "bristle_time": 0.0}
+    plain = stiff | {"stribeck_excess": 0.0, "v_stribeck": 1.0}
+    return (
+        Law(VISCOUS, False, None, still),
+        Law(MEMORY, True),
+        Law(COULOMB, memory, DRY[0], none | plain),
+        Law(STRIBECK, memory, DRY[0], none | stiff),
+        Law(BRISTLES, memory, DRY[0], none),
+        Law(SEAL, memory, DRY[1], none),
+    )
+
+
+def amplitude_labels(law: Law, given: Mapping[str, AbstractLaw]) -> tuple[str, ...]:
+    """Labels of the numbers that bring a law in beside viscous friction."""
+    effects = [CATALOGUE[name] for name in law.effects if name != VISCOUS]
+    return tuple(
+        label
+        for effect in effects
+        for label, (info, _) in laws_of(effect, given).items()
+        if info.absent is not None
+    )

@@ -1,0 +1,164 @@
+"""Where the laws begin: settings of their numbers through the priors, all else adjusted to each."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from rigid.friction.models import Law, amplitude_labels
+from rigid.inference.newton import is_noise
+from rigid.likelihood.parameters import Parameter
+from rigid.localfit.candidates import even_settings, standard_of
+from rigid.localfit.evidence import amplitudes, most_probable
+from rigid.localfit.families import Family, read
+from rigid.localfit.hypothesis import Hypothesis, widened
+from rigid.localfit.joint_ascent import Place
+from rigid.localfit.local import Local
+from rigid.localfit.samples import Layout, flat_readings
+from rigid.localfit.signature import reads
+
+LEVELS = (-2.5, 0.0)
+"""Quantiles of an amplitude's prior at which records are simulated; else it is in proportion."""
+SHAPES = {0: 1, 2: 2, 4: 3}
+"""Settings of the rest of a law's numbers, by how many there are."""
+SLIGHT = -2.5
+"""Quantile of the branches' priors at which memory begins beside a fit without."""
+CARRIED = (0.0, 0.5, 1.0)
+"""Shares of the branches' friction that a constant coefficient may have to carry, tried in turn."""
+
+
+def prior_starts(hypothesis: Hypothesis, layout: Layout, count: int, seed: int) -> list[Place]:
+    """Places to begin at without any fit: the centre of the priors, then draws from them.
+
+    Sensors and noise levels begin as their sheets say.
+    """
+    drawn = np.random.default_rng(seed).standard_normal((count, hypothesis.size))
+    drawn[0], drawn[:, len(hypothesis.parameters) :] = 0.0, 0.0
+    quiet = np.zeros(int(is_noise(hypothesis.problem).sum()))
+    return [Place(hypothesis, layout, w, quiet) for w in drawn]
+
+
+def memory_starts(constant: Local, like: Local) -> list[Place]:
+    """Places at which the law with memory may begin, after a fit without.
+
+    - `like`: the law with memory anywhere. Branches are as small as SLIGHT says, what they carry is
+      taken off the constant coefficient.
+    """
+    new, old = like.hypothesis, constant.hypothesis
+    known = dict(zip(old.labels, constant.w[: len(old.labels)], strict=True))
+    own = np.array([known.get(label, 0.0) for label in new.labels])
+    branches = [i for i, label in enumerate(new.labels) if label.startswith("mu_branch")]
+    own[branches] = SLIGHT
+    carried = sum(float(new.parameters[i].law.from_standard(SLIGHT)) for i in branches)
+    at, (mu, _) = new.labels.index("mu"), old.values(constant.w)["mu"]
+    own[at] = standard_of(new.parameters[at].law, max(mu - carried, 0.5 * mu))
+    w = np.concatenate([own, constant.w[len(old.labels) :]])
+    return [Place(new, like.layout, w, constant.z_noise)]
+
+
+class Job(NamedTuple):
+    """A law at one setting of its own numbers: quantiles of their priors, by label."""
+
+    law: Law
+    numbers: Mapping[str, float]
+
+
+class Starts(NamedTuple):
+    """Places to begin at, by law, the best first; changes (n, jobs) of every sample by all jobs."""
+
+    places: Mapping[str, list[Place]]
+    changes: np.ndarray
+
+
+def constant_starts(memory: Local, law: Law) -> list[Place]:
+    """Places at which the constant law may begin, after a fit with memory."""
+    old = memory.hypothesis
+    new = dataclasses.replace(old, held=dict(law.held))
+    own = np.array([label not in law.held for label in old.labels])
+    sensors = np.ones(len(memory.w) - len(own), dtype=bool)
+    w = memory.w[np.concatenate([own, sensors])]
+    values = {k: v for k, (v, _) in old.values(memory.w).items()}
+    branches = sum(v for k, v in values.items() if k.startswith("mu_branch"))
+    at, out = new.labels.index("mu"), []
+    for share in CARRIED:
+        begun = w.copy()
+        begun[at] = standard_of(new.parameters[at].law, values["mu"] + share * branches)
+        out.append(Place(new, memory.layout, begun, memory.z_noise))
+    return out
+
+
+def of_law(base: Hypothesis, law: Law) -> Hypothesis:
+    """The hypothesis of a law of dry friction, from that of the model without any."""
+    assert law.dry is not None
+    return dataclasses.replace(base, added=(law.dry,), held=dict(base.held) | dict(law.held))
+
+
+def dry_starts(
+    base: Local, family: Family, listed: Sequence[Law], most: Mapping[str, int]
+) -> Starts:
+    """The best places to begin at beside a fit without dry friction.
+
+    - `family`: the program that holds the laws. - `most`: how many of each; 1 where not said.
+
+    Each setting is simulated at LEVELS of its amplitude; all other numbers follow by the parabola
+    around `base`, and so does the amplitude away from the levels.
+    """
+    hypotheses = {law.name: of_law(base.hypothesis, law) for law in listed}
+    jobs = [Job(law, z) for law in listed for z in _settings(hypotheses[law.name], law)]
+    changes = _changes(base, family, [(hypotheses[j.law.name], j) for j in jobs])
+    solved = cho_factor(base.information)
+    places: dict[str, list[tuple[float, Place]]] = {law.name: [] for law in listed}
+    for job, change in zip(jobs, changes.T, strict=True):
+        hypothesis = hypotheses[job.law.name]
+        shared = base.design.T @ (base.terms.bend * change)
+        slope = change @ base.terms.score - shared @ cho_solve(solved, base.gradient)
+        bend = change @ (base.terms.bend * change) - shared @ cho_solve(solved, shared)
+        label = amplitude_labels(job.law, hypothesis.given)[-1]
+        law = next(p.law for p in hypothesis.parameters if p.label == label)
+        size = float(law.from_standard(job.numbers[label]))
+        best = most_probable(slope / size, bend / size**2, amplitudes(law, 0.0))
+        share = float(law.from_standard(best)) / size
+        numbers = dict(job.numbers) | {label: best}
+        moved = base.w + cho_solve(solved, base.gradient - share * shared)
+        sensors = len(base.layout.problem.sensors)
+        w = widened(moved, sensors, numbers.values())
+        place = Place(hypothesis, base.layout, w, base.z_noise)
+        prior = 0.5 * sum(z * z for z in numbers.values())
+        places[job.law.name].append((share * slope - 0.5 * share**2 * bend - prior, place))
+    ranked = {name: sorted(p, key=lambda one: -one[0]) for name, p in places.items()}
+    return Starts({n: [p for _, p in r[: most.get(n, 1)]] for n, r in ranked.items()}, changes)
+
+
+def _own(hypothesis: Hypothesis) -> list[Parameter]:
+    """Uncertain numbers of what was added."""
+    (effect,) = hypothesis.added
+    return [p for p in hypothesis.brought_by(effect) if p.label not in hypothesis.held]
+
+
+def _settings(hypothesis: Hypothesis, law: Law) -> list[dict[str, float]]:
+    """Quantiles of a law's own numbers, by label, in the order of its parameters."""
+    labels = [p.label for p in _own(hypothesis)]
+    amplitude = amplitude_labels(law, hypothesis.given)[-1]
+    free = [label for label in labels if label != amplitude]
+    shapes = even_settings(len(free), SHAPES[len(free)], 0)
+    return [
+        {label: dict(zip(free, shape, strict=True)).get(label, level) for label in labels}
+        for shape in shapes.tolist()
+        for level in LEVELS
+    ]
+
+
+def _changes(base: Local, family: Family, jobs: Sequence[tuple[Hypothesis, Job]]) -> np.ndarray:
+    """Change of every sample's expected reading by each job (n, jobs)."""
+    here = {k: v for k, (v, _) in base.hypothesis.values(base.w).items()}
+    every = dict(family.quiet) | base.hypothesis.constants() | here
+    lanes = [every]
+    for hypothesis, job in jobs:
+        laws = {p.label: p.law for p in _own(hypothesis)}
+        own = {k: float(laws[k].from_standard(z)) for k, z in job.numbers.items()}
+        lanes.append(every | dict(hypothesis.held) | own)
+    values = {k: np.array([lane[k] for lane in lanes]) for k in every}
+    reading = flat_readings(base.layout, read(family, values))
+    return (reading[:, 1:] - reading[:, :1]) * reads(base)[:, None]

@@ -1,0 +1,1 @@
+"""From a log-posterior to draws: search, proposal, ensembles, and what the draws say."""

@@ -1,0 +1,111 @@
+"""The law over the modes fitted to what weighted draws of it say of the posterior."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid.inference.proposal import LogProb, MixtureProposal, Mode, Random, kish
+
+LEAST_WEIGHT = 1e-3
+"""Of a mode, so that none found is never proposed."""
+ROUNDS = 4
+EVEN = 0.2
+"""Share of effective draws from which on one round is enough."""
+
+
+class Weighted(NamedTuple):
+    """Draws z (n, d) of a law, and the log of the weight (n,) each has for the posterior."""
+
+    z: NDArray[np.float64]
+    log_weight: NDArray[np.float64]
+
+    @property
+    def weight(self) -> NDArray[np.float64]:
+        """Weights (n,), the greatest 1."""
+        return np.exp(self.log_weight - self.log_weight.max())
+
+    @property
+    def even(self) -> float:
+        """Share of effective draws, 1 where all weigh the same; 0 where none has a weight."""
+        some = np.any(np.isfinite(self.log_weight))
+        return kish(self.weight) / len(self.weight) if some else 0.0
+
+
+def drawn(log_prob: LogProb, law: MixtureProposal, rng: Random, draws: int) -> Weighted:
+    """Draw of a law and weigh for a posterior; where that is no number the weight is nothing.
+
+    - log_prob: (n, d) -> (n,), unnormalised log posterior
+    """
+    z = law.sample(rng, draws)
+    raw = np.asarray(log_prob(z), dtype=float)
+    finite = np.isfinite(raw)
+    return Weighted(z, np.where(finite, raw, -np.inf) - law.log_density(z))
+
+
+def adapted(
+    log_prob: LogProb, first: MixtureProposal, rng: Random, draws: int, dof: float
+) -> MixtureProposal:
+    """Fit a law to a posterior, from as many rounds of draws as it takes, ROUNDS at most.
+
+    - log_prob: (n, d) -> (n,), unnormalised log posterior. - first: law around its modes.
+    - draws: in each round. - dof: of the new law.
+
+    One round is enough where the weights of its draws are even. Else each draws of the law fitted
+    to all draws before, weighted by the mixture of the laws that they came from, and the law whose
+    own draws had the most even weights is taken.
+
+    Source: Cornuet et al. (2012), adaptive multiple importance sampling.
+    """
+    laws, shares = [first], []
+    z, raw = np.empty((0, first.dimension)), np.empty(0)
+    for _ in range(ROUNDS):
+        fresh = drawn(log_prob, laws[-1], rng, draws)
+        z = np.concatenate([z, fresh.z])
+        raw = np.concatenate([raw, fresh.log_weight + laws[-1].log_density(fresh.z)])
+        mixed = np.logaddexp.reduce([law.log_density(z) for law in laws], axis=0)
+        shares.append(fresh.even)
+        laws.append(fitted(first, Weighted(z, raw - mixed), dof))
+        if shares[-1] >= EVEN:
+            return laws[-1]
+    return laws[int(np.argmax(shares))]
+
+
+def fitted(law: MixtureProposal, found: Weighted, dof: float) -> MixtureProposal:
+    """Move and stretch a law, along the axes of which its draws say that they must be.
+
+    - found: drawn from it. - dof: of the new law.
+
+    The law around a best fit knows the curvature there only; along a bend of the posterior, as that
+    of k_LC against k_frame, it can be half as wide as the posterior.
+    """
+    if not np.any(np.isfinite(found.log_weight)):
+        return law
+    shares = law.responsibilities(found.z) * found.weight[:, None]
+    modes = tuple(_moved(m, found.z, s) for m, s in zip(law.modes, shares.T, strict=True))
+    weights = np.maximum(shares.sum(axis=0) / shares.sum(), LEAST_WEIGHT)
+    return MixtureProposal(modes, weights, dof)
+
+
+def _moved(mode: Mode, z: NDArray[np.float64], weight: NDArray[np.float64]) -> Mode:
+    """One mode's law made to fit.
+
+    In its own units the draws have the identity as covariance where it is right, and eigenvalues
+    between (1 - sqrt(d/n))^2 and (1 + sqrt(d/n))^2 from chance alone (Marchenko and Pastur 1967),
+    n effective draws: only axes beyond these are changed.
+    """
+    d = z.shape[1]
+    if weight.sum() <= 0.0 or kish(weight) < d:
+        return mode
+    by_chance = np.sqrt(d / kish(weight))
+    weight = weight / weight.sum()
+    own = np.linalg.solve(mode.covariance_factor, (z - mode.mean).T).T
+    centre = weight @ own
+    covariance = (own * weight[:, None]).T @ own - np.outer(centre, centre)
+    variance, axes = np.linalg.eigh(covariance)
+    width = np.sqrt(np.maximum(variance, 0.0))
+    width = np.where(abs(width - 1.0) <= by_chance, 1.0, width)
+    factor = mode.covariance_factor @ (axes * width)
+    mean = mode.mean + mode.covariance_factor @ centre
+    stretched = np.asarray(np.linalg.cholesky(factor @ factor.T), dtype=np.float64)
+    return Mode(mean, stretched, mode.log_posterior)

@@ -1,0 +1,290 @@
+"""The inference of a fit: search, proposal, ensembles, and what the draws say."""
+
+import dataclasses
+import hashlib
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import jax.numpy as jnp
+import numpy as np
+from tqdm import tqdm
+
+from rigid import __version__
+from rigid.inference.adaptation import LEAST_WEIGHT, adapted
+from rigid.inference.checkpoint import Checkpoint
+from rigid.inference.coordinates import Chart, chart_of
+from rigid.inference.curvature import sharpened
+from rigid.inference.derived import (
+    Channel,
+    channels,
+    evaluations,
+    frictions,
+    sensor_draws,
+    values_of,
+)
+from rigid.inference.friction_curve import FREQUENCIES, Friction
+from rigid.inference.posterior import stack
+from rigid.inference.proposal import MixtureProposal, ModeWeights, mode_weights
+from rigid.inference.sample import Draws, Settings, Status, sample
+from rigid.inference.search import Found, compile_programs, search_from
+from rigid.inference.search_cache import Searched, load, save
+from rigid.inference.steady_first import beginnings, steady_part, with_ease
+from rigid.io.cli import Options, say
+from rigid.likelihood.effect_lookup import marks
+from rigid.likelihood.problem import Problem, log_density, log_posterior, walkers
+from rigid.records.record import Record
+from rigid.spec import Spec
+
+KEPT_STEPS = 20
+"""Steps of each walker that enter posterior.nc, evenly taken from all."""
+
+TABLED_STEPS = 200
+"""Steps of each walker that the tables rest on."""
+
+PREDICTED = 128
+"""Draws from which predictions beside the data are made."""
+
+MODE_DRAWS = 2048
+REMADE = "the laws around the best fits do not fit: taken from differences instead"
+UNRELIABLE = 0.7
+"""Pareto shape of importance weights from which on the laws around the best fits do not cover the
+posterior: where a model misses something. Source: Vehtari et al. (2024), section 3."""
+
+FIRST_DOF, DOF = 8.0, 16.0
+"""Of the Student laws around the best fits, whose widths are not known well, and of those fitted to
+the posterior: heavier tails than a Gaussian, so that no region is proposed too rarely."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Calibrated:
+    """All that a fit found.
+
+    - `found`: modes and correlation. - `weights`: of the modes. - `draws`: of the sampler.
+    - `values`: SI by label, (chain, draw) each, for the tables. - `frictions`: mu(omega) of the
+      same draws, flat.
+    - `kept`: `values` of the fewer draws in posterior.nc; `kept_frictions` as well.
+    - `sensors`: gain and zero (2, n) of each sensor. - `tracks`: log-likelihoods of each record.
+    - `shown`, `prior_shown`: channels beside posterior and prior predictions.
+    - `seed`; `compile_s`: time until density and search were compiled.
+    """
+
+    found: Found
+    weights: ModeWeights
+    draws: Draws
+    values: dict[str, np.ndarray]
+    frictions: dict[str, Friction]
+    kept: dict[str, np.ndarray]
+    kept_frictions: dict[str, Friction]
+    sensors: dict[str, np.ndarray]
+    tracks: dict[str, np.ndarray]
+    shown: list[Channel]
+    prior_shown: list[Channel]
+    records: tuple[Record, ...]
+    seed: int
+    compile_s: float
+
+    @property
+    def problem(self) -> Problem:
+        """The problem that was solved."""
+        return self.found.problem
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Chains and draws of `values`."""
+        return next(iter(self.values.values())).shape
+
+    @property
+    def kept_shape(self) -> tuple[int, int]:
+        """Chains and draws of `kept`."""
+        return next(iter(self.kept.values())).shape
+
+    @property
+    def ensembles(self) -> int:
+        """Number of independent ensembles."""
+        return self.draws.z.shape[0]
+
+
+def calibrate(
+    spec: Spec, records: tuple[Record, ...], problem: Problem, options: Options, folder: Path
+) -> Calibrated:
+    """Fit a spec to its records.
+
+    - `problem`: of both, from `assemble`.
+    - `folder`: where the chain is kept; the caller holds it locked.
+    """
+    seed = spec.sampler.seed if options.seed is None else options.seed
+    began = time.monotonic()
+    compile_programs(problem)
+    compile_s = time.monotonic() - began
+    say(options, f"{problem.parameters.size} parameters, compiled in {compile_s:.0f} s")
+    walked = {"coordinates": ", ".join(chart_of(problem).names)}
+    mark = fingerprint(spec, records, seed) | marks(problem.effects) | walked
+    known = load(folder, mark, problem) if options.resume else None
+    if known is None:
+        known = _searched(spec, records, problem, seed, options)
+        save(folder, mark, known)
+    found, law, weights = known
+    with Checkpoint(folder, mark, options.resume) as checkpoint:
+        draws = _sampled(spec, found, law, (seed, options), checkpoint)
+    return _told(found, weights, draws, records, (seed, compile_s))
+
+
+def _searched(
+    spec: Spec, records: tuple[Record, ...], problem: Problem, seed: int, options: Options
+) -> Searched:
+    """Search and weigh the modes, with a progress bar."""
+    starts = spec.sampler.starts
+    begin = partial(beginnings, spec, records, problem, seed)
+    if steady_part(spec) is None:
+        first = begin()
+    else:
+        with _bar(with_ease(starts), options, "starts of the steady rig") as bar:
+            first = begin(lambda done: _advance(bar, done))
+    with _bar(int(first.counts.sum()), options, "starts") as bar:
+        found = search_from(problem, first.z, lambda done: _advance(bar, done), first.counts)
+    return trusted(found, seed, lambda: say(options, REMADE))
+
+
+def _bar(total: int, options: Options, title: str) -> tqdm:
+    return tqdm(total=total, disable=options.quiet, desc=title)
+
+
+def trusted(found: Found, seed: int, remade: Callable[[], None] = lambda: None) -> Searched:
+    """Fit a law to the posterior around the modes of a search.
+
+    Where the laws around the best fits do not cover it they are made anew from differences, which
+    `remade` is told. The law is in the coordinates of the problem's chart.
+    """
+    law, weights = propose(found, np.random.default_rng([seed, 1]))
+    if weights.pareto_k < UNRELIABLE:
+        return Searched(found, law, weights)
+    remade()
+    found = sharpened(found)
+    return Searched(found, *propose(found, np.random.default_rng([seed, 1])))
+
+
+def propose(found: Found, rng: np.random.Generator) -> tuple[MixtureProposal, ModeWeights]:
+    """Return a mixture of laws fitted to the posterior around the modes, and their weights.
+
+    The laws are in the coordinates of the problem's chart.
+    """
+    chart = chart_of(found.problem)
+    density = chart.density(lambda z: log_density(found.problem, z))
+    modes = tuple(chart.mode(o) for o in found.optima)
+    first = MixtureProposal(modes, np.ones(len(modes)), FIRST_DOF)
+    law = adapted(density, first, rng, MODE_DRAWS * len(modes), DOF)
+    weights = mode_weights(density, law.modes, rng, MODE_DRAWS, DOF)
+    floored = np.maximum(weights.weights, LEAST_WEIGHT)
+    return MixtureProposal(law.modes, floored / floored.sum(), DOF), weights
+
+
+def _advance(bar: tqdm, done: int) -> None:
+    bar.update(done - bar.n)
+
+
+def fingerprint(spec: Spec, records: tuple[Record, ...], seed: int) -> dict[str, str]:
+    """What a chain depends on, by name; when to stop is not part of it."""
+    # Where a file lies does not matter, what it holds is in its own mark.
+    left_out = {"text": True, "path": True, "sampler": True, "title": True, "bands": True}
+    body = spec.model_dump(mode="json", exclude=left_out | {"records": {"__all__": {"file"}}})
+    widths = spec.sampler.model_dump(include={"ensembles", "walkers", "block", "starts"})
+    said = hashlib.sha256(repr((body, widths, seed)).encode()).hexdigest()
+    return {"spec": said, "version": __version__} | {
+        f"record {r.name},{r.cylinder}": r.sha256 for r in records
+    }
+
+
+def _sampled(
+    spec: Spec,
+    found: Found,
+    proposal: MixtureProposal,
+    run: tuple[int, Options],
+    checkpoint: Checkpoint,
+) -> Draws:
+    """Run the ensembles under the spec's stopping rule, with a progress bar."""
+    seed, options = run
+    problem, rule = found.problem, spec.sampler
+    chart = chart_of(problem)
+    settings = Settings(
+        ensembles=rule.ensembles,
+        walkers=rule.walkers or walkers(problem),
+        block=rule.block,
+        max_steps=rule.max_steps,
+        r_hat=rule.r_hat,
+        ess=rule.ess,
+        seed=seed,
+        names=chart.names,
+    )
+    density = chart.density(lambda z: np.asarray(log_posterior(problem, jnp.asarray(z))))
+
+    with tqdm(total=rule.max_steps, disable=options.quiet, desc="steps") as bar:
+
+        def report(status: Status) -> None:
+            bar.update(status.steps - bar.n)
+            if status.ess is not None:
+                bar.set_postfix_str(
+                    f"R-hat {status.r_hat:.3f} < {rule.r_hat} ({status.r_hat_name}), "
+                    f"ESS {status.ess:.0f} of {rule.ess:.0f} ({status.ess_name})"
+                )
+
+        monitor = partial(_monitored, problem, chart)
+        draws = sample(density, proposal, settings, monitor, checkpoint, report)
+    return dataclasses.replace(draws, z=chart.standard(draws.z))
+
+
+def _monitored(problem: Problem, chart: Chart, u: np.ndarray) -> dict[str, np.ndarray]:
+    """What else must have converged, (n,) each: parts of sums, |mu| at both ends of its range."""
+    release = int(np.argmin(abs(FREQUENCIES - 80.0)))
+    z = chart.standard(u)
+    views = frictions(problem, values_of(problem, z))
+    labels = problem.parameters.labels
+    return {labels[place]: z[:, place] for one in chart.sums for place in one.places} | {
+        f"|mu| at {frequency:g} Hz {label}".strip(): view.magnitude[:, at]
+        for label, view in views.items()
+        for frequency, at in ((0.01, 0), (80.0, release))
+    }
+
+
+def _told(
+    found: Found,
+    weights: ModeWeights,
+    draws: Draws,
+    records: tuple[Record, ...],
+    run: tuple[int, float],
+) -> Calibrated:
+    """Work out what the draws say of everything that is reported."""
+    seed, compile_s = run
+    problem, rng = found.problem, np.random.default_rng([seed, 2])
+    values, curves, _ = _valued(problem, draws.thinned(TABLED_STEPS))
+    kept, kept_curves, flat = _valued(problem, draws.thinned(KEPT_STEPS))
+    tracks, laws = evaluations(problem, flat)
+    picked = flat[rng.choice(len(flat), PREDICTED - 1, replace=False)]
+    best = found.optima[0].z[None]
+    prior = rng.standard_normal((PREDICTED, flat.shape[1]))
+    return Calibrated(
+        found=found,
+        weights=weights,
+        draws=draws,
+        values=values,
+        frictions=curves,
+        kept=kept,
+        kept_frictions=kept_curves,
+        sensors=sensor_draws(laws, rng),
+        tracks=tracks,
+        shown=channels(found, np.concatenate([best, picked]), seed),
+        prior_shown=channels(found, prior, seed),
+        records=records,
+        seed=seed,
+        compile_s=compile_s,
+    )
+
+
+def _valued(problem: Problem, draws: Draws) -> tuple[dict, dict, np.ndarray]:
+    """SI values (chain, draw) by label, friction curves and flat z of draws."""
+    chain = stack(draws.z)
+    flat = chain.reshape(-1, chain.shape[-1])
+    values = values_of(problem, flat)
+    shaped = {label: v.reshape(chain.shape[:2]) for label, v in values.items()}
+    return shaped, frictions(problem, values), flat

@@ -1,0 +1,160 @@
+"""Coordinates u in which the posterior of a sum's parts is straight.
+
+Where a friction has memory, steady running tells its sum mu(0) = mu_inf + sum mu_i to a thousandth
+and the parts to a tenth: on the parameters' own scales z the posterior lies along a thin bent
+sheet, which no Gaussian law covers and along which walkers creep. In the logarithms of the sum and
+of the parts' ratios it is all but flat. Search, tables and priors stay with z; what is drawn around
+the best fits, and the walkers, are in u.
+
+The map keeps volumes: d(log sum)/d(log part i) is the part's share w_i, so that the determinant of
+(log sum, log ratios) by the logarithms is sum w_i = 1. Densities are the same in z and u.
+"""
+
+import dataclasses
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid.inference.proposal import LogProb, Mode
+from rigid.inference.search import Optimum
+from rigid.likelihood.parameters import Parameter
+from rigid.likelihood.priors import Lognormal
+from rigid.likelihood.problem import Problem
+
+Floats = NDArray[np.float64]
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Sum:
+    """Parts of a sum among the entries of z, each with a lognormal law.
+
+    - `places` (parts,): where they are; at the first of them u has the sum, at the others their
+      ratios to the first part. - `centre`, `width` (parts,): log of a part is centre + width z.
+    """
+
+    places: NDArray[np.intp]
+    centre: Floats
+    width: Floats
+
+    def straight(self, z: Floats) -> None:
+        """Put sum and ratios in the place of the parts of z (..., size), on the parts' scales."""
+        logs = self.centre + self.width * z[..., self.places]
+        total = np.logaddexp.reduce(logs, axis=-1, keepdims=True)
+        ratios = logs[..., 1:] - logs[..., :1]
+        z[..., self.places] = np.concatenate([total, ratios], axis=-1) / self.width
+
+    def parts(self, u: Floats) -> None:
+        """Put the parts in the place of sum and ratios in u (..., size); undoes `straight`."""
+        total, ratios = np.split(u[..., self.places] * self.width, [1], axis=-1)
+        logs = np.concatenate([np.zeros_like(total), ratios], axis=-1)
+        logs = logs + total - np.logaddexp.reduce(logs, axis=-1, keepdims=True)
+        u[..., self.places] = (logs - self.centre) / self.width
+
+    def slopes(self, z: Floats) -> Floats:
+        """Return d(sum, ratios)/d(parts) at z (size,), (parts, parts)."""
+        logs = self.centre + self.width * z[self.places]
+        by_logs = np.eye(len(logs))
+        by_logs[1:, 0] = -1.0
+        by_logs[0] = np.exp(logs - np.logaddexp.reduce(logs))
+        return by_logs * self.width / self.width[:, None]
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Chart:
+    """The map between the sampler's u and a problem's z, arrays (..., size) each.
+
+    - `names`: of the entries of u. - `sums`: what is not the same in both.
+    """
+
+    names: tuple[str, ...]
+    sums: tuple[Sum, ...]
+
+    def straight(self, z: Floats) -> Floats:
+        """Return u for z."""
+        u = np.array(z)
+        for one in self.sums:
+            one.straight(u)
+        return u
+
+    def standard(self, u: Floats) -> Floats:
+        """Return z for u."""
+        z = np.array(u)
+        for one in self.sums:
+            one.parts(z)
+        return z
+
+    def density(self, log_prob: LogProb) -> LogProb:
+        """Return a log-density of z as one of u."""
+        return lambda u: log_prob(self.standard(u))
+
+    def straightened(self, optimum: Optimum) -> Optimum:
+        """Return an optimum whose `z` and `covariance` are those of u."""
+        if not self.sums:
+            return optimum
+        slopes = self._slopes(optimum.z)
+        covariance = slopes @ optimum.covariance @ slopes.T
+        return dataclasses.replace(optimum, z=self.straight(optimum.z), covariance=covariance)
+
+    def standardised(self, optimum: Optimum) -> Optimum:
+        """Undo `straightened`."""
+        if not self.sums:
+            return optimum
+        z = self.standard(optimum.z)
+        back = np.linalg.inv(self._slopes(z))
+        return dataclasses.replace(optimum, z=z, covariance=back @ optimum.covariance @ back.T)
+
+    def mode(self, optimum: Optimum) -> Mode:
+        """Return the law around an optimum that is Gaussian in u."""
+        there = self.straightened(optimum)
+        return Mode(there.z, np.linalg.cholesky(there.covariance), optimum.log_posterior)
+
+    def _slopes(self, z: Floats) -> Floats:
+        """Return du/dz at z (size,), (size, size)."""
+        slopes = np.eye(len(z))
+        for one in self.sums:
+            slopes[np.ix_(one.places, one.places)] = one.slopes(z)
+        return slopes
+
+
+def chart_of(problem: Problem) -> Chart:
+    """Return the chart of a problem: sums that its effects tell of, where two parts are sampled."""
+    names, sums = list(problem.parameters.labels), []
+    for total, parts in _sums(problem):
+        places = np.array([problem.parameters.index(p.label) for p in parts])
+        laws = [p.law for p in parts if isinstance(p.law, Lognormal)]
+        sums.append(
+            Sum(
+                places,
+                np.log([float(law.median) for law in laws]),
+                np.log([float(law.factor) for law in laws]),
+            )
+        )
+        names[places[0]] = total
+        for place, part in zip(places[1:], parts[1:], strict=True):
+            names[place] = f"{part.label}/{parts[0].label}"
+    return Chart(tuple(names), tuple(sums))
+
+
+def _sums(problem: Problem) -> Iterator[tuple[str, list[Parameter]]]:
+    """Yield every sum's name and its parts, those that are sampled, positive and lognormal.
+
+    A part that varies by kind of record is one of several sums and stays as it is.
+    """
+    part_of = {
+        label: info.part_of
+        for effect in problem.effects
+        for info in effect.parameters()
+        if info.part_of is not None
+        for label in info.labels
+    }
+    for total in dict.fromkeys(part_of.values()):
+        parts = [
+            p
+            for p in problem.parameters.sampled
+            if part_of.get(p.label) == total
+            and isinstance(p.law, Lognormal)
+            and float(p.law.median) > 0.0
+        ]
+        if len(parts) > 1:
+            yield total, parts

@@ -1,0 +1,132 @@
+"""Draws as the files that programs read: the groups of posterior.nc, rows of the tables."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import xarray as xr
+
+from rigid.inference.derived import Channel
+from rigid.inference.friction_curve import FREQUENCIES, Friction
+from rigid.likelihood.parameters import Parameters
+from rigid.physics.sensors import UNITS
+
+DIMENSIONS = {
+    "kappa": ("record", "cylinder"),
+    "kappa_tank": ("record", "cylinder", "stretch"),
+    "preload": ("record", "cylinder"),
+    "release_time": ("record", "cylinder"),
+    "noise": ("quantity", "cylinder"),
+    "gain": ("quantity", "cylinder"),
+    "zero": ("quantity", "cylinder"),
+    "mu_branch": ("branch",),
+    "tau_branch": ("branch",),
+}
+"""What the places in a label's brackets are: `kappa[free-run-2,A]` is record, cylinder."""
+
+
+def indexed(label: str) -> tuple[str, tuple[str, ...]]:
+    """Part a flat label into its name and its places: `mu_branch[1][frame]` -> 1, frame."""
+    name, *brackets = label.split("[")
+    return name, tuple(part for b in brackets for part in b.rstrip("]").split(","))
+
+
+def dataset(
+    values: Mapping[str, np.ndarray], about: Mapping[str, tuple[str, str]], coords: Mapping
+) -> xr.Dataset:
+    """Gather flat labels into variables with dimensions.
+
+    - `values`: (chain, draw) by label. - `about`: unit and symbol by label.
+    - `coords`: of chain and draw. Places that do not exist hold NaN.
+    """
+    gathered: dict[str, dict[tuple[str, ...], str]] = {}
+    for label in values:
+        name, places = indexed(label)
+        gathered.setdefault(name, {})[places] = label
+    variables, used = {}, {}
+    for name, members in gathered.items():
+        width = max(len(p) for p in members)
+        dims = (*DIMENSIONS.get(name, ()), "view", "view_2")[:width]
+        padded = {p + ("1",) * (width - len(p)): label for p, label in members.items()}
+        axes = [sorted({p[k] for p in padded}) for k in range(width)]
+        first = values[next(iter(members.values()))]
+        block = np.full((*first.shape, *(len(a) for a in axes)), np.nan)
+        for places, label in padded.items():
+            at = tuple(axes[k].index(places[k]) for k in range(width))
+            block[(slice(None), slice(None), *at)] = values[label]
+        unit, symbol = about[next(iter(members.values()))]
+        own = {
+            f"{d}" if d not in used or used[d] == a else f"{name}_{d}": a
+            for d, a in zip(dims, axes, strict=True)
+        }
+        used |= own
+        variables[name] = (("chain", "draw", *own), block, {"units": unit, "long_name": symbol})
+    return xr.Dataset(variables, coords={**coords, **used})
+
+
+def with_friction(
+    body: xr.Dataset, frictions: Mapping[str, Friction], shape: tuple[int, int]
+) -> xr.Dataset:
+    """Add mu_omega and k_omega over frequency (and over the view, where friction varies).
+
+    Without any view, as of a machine that is not the rig, there is nothing to add.
+    """
+    if not frictions:
+        return body
+    views = list(frictions)
+    frequency = xr.Variable("frequency", FREQUENCIES, {"units": "Hz"})
+    dims = ("chain", "draw", "frequency")
+    coords: dict = {"frequency": frequency}
+    if views != [""]:
+        dims = ("chain", "draw", "friction_view", "frequency")
+        coords["friction_view"] = views
+    parts = {}
+    for name, field, unit in (
+        ("mu_omega", "dissipative", "N s/m"),
+        ("k_omega", "storage", "N/m"),
+    ):
+        block = np.stack([getattr(f, field).reshape(*shape, -1) for f in frictions.values()], 2)
+        parts[name] = (dims, block if views != [""] else block[:, :, 0], {"units": unit})
+    return body.assign_coords(coords).assign(parts)
+
+
+def about(parameters: Parameters) -> dict[str, tuple[str, str]]:
+    """Unit and symbol of every parameter by label."""
+    return {p.label: (p.unit, p.symbol) for p in (*parameters.sampled, *parameters.known)}
+
+
+def series_groups(channels: Sequence[Channel], replicates: str) -> dict[str, xr.Dataset]:
+    """Group `observed_data`, and the replicated data as the group named `replicates`.
+
+    Every channel is a variable `quantity[record,cylinder]` over a time of its own.
+    """
+    seen, made = {}, {}
+    times = {}
+    for c in channels:
+        place = f"{c.record},{c.cylinder}"
+        time = f"time[{place}]"
+        times[time] = xr.Variable(time, c.time, {"units": "s"})
+        name, unit = f"{c.quantity}[{place}]", {"units": UNITS[c.quantity]}
+        seen[name] = (time, c.data, unit)
+        made[name] = (("chain", "draw", time), c.replicates[None], unit)
+    return {
+        "observed_data": xr.Dataset(seen, coords=times),
+        replicates: xr.Dataset(made, coords=times),
+    }
+
+
+def by_record(tracks: Mapping[str, np.ndarray], shape: tuple[int, int]) -> xr.Dataset:
+    """Group `log_likelihood`: one value a record, both cylinders together."""
+    names = list(dict.fromkeys(label.split(",")[0] for label in tracks))
+    block = np.stack(
+        [
+            np.sum(
+                [v for label, v in tracks.items() if label.split(",")[0] == name], axis=0
+            ).reshape(shape)
+            for name in names
+        ],
+        axis=2,
+    )
+    return xr.Dataset(
+        {"record_log_likelihood": (("chain", "draw", "record"), block, {"units": "1"})},
+        coords={"record": names},
+    )

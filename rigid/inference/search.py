@@ -1,0 +1,265 @@
+"""Best fits from many starts, and the Gaussian law around each.
+
+The release record has several optima in (k_LC, mu); a single start ends in one of them without a
+sign of it. Starts are drawn from the prior and each is led to an optimum of the exact likelihood;
+then noise levels and correlation times are brought up to date and the best optima refined.
+"""
+
+import dataclasses
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
+
+import numpy as np
+
+from rigid.inference.newton import descend, is_noise, joined, split
+from rigid.inference.scores import score_correlation, weighted
+from rigid.io.errors import InputError
+from rigid.likelihood.correlation import Autoregression
+from rigid.likelihood.problem import Problem, log_density
+
+KEEP_WITHIN = 40.0
+"""Optima that lie further below the best in log-posterior have a weight below 1e-17."""
+SAME_WITHIN = 3.0
+"""Optima closer than this many standard deviations (root of mean square) are one."""
+AGREE = 1.0
+"""Two starts that end within this of each other in log-posterior have found the same optimum."""
+REFINEMENTS = 2
+NOISE_STEP = 0.1
+NOISE_ITERATIONS = 4
+
+
+@dataclasses.dataclass(frozen=True)
+class Optimum:
+    """One mode of the posterior.
+
+    - `z` (size,); `standard` (sensors, 2): gains and zeros there.
+    - `covariance` (size, size): of the Gaussian law around it.
+    - `log_posterior`: at `z`. - `reached`: number of starts that ended there.
+    """
+
+    z: np.ndarray
+    standard: np.ndarray
+    covariance: np.ndarray
+    log_posterior: float
+    reached: int
+
+
+@dataclasses.dataclass(frozen=True)
+class Found:
+    """Outcome of a search.
+
+    - `problem`: with weights for the correlation found. - `optima`: best first.
+    - `correlation`: by (group, quantity, track), of the scores at the best optimum.
+    - `starts`: how many there were. - `levels` (starts,): what each reached, as minus the
+      log-posterior.
+    """
+
+    problem: Problem
+    optima: tuple[Optimum, ...]
+    correlation: dict[tuple[int, str, int], Autoregression]
+    starts: int
+    levels: np.ndarray
+
+
+def compile_programs(problem: Problem) -> None:
+    """Have the two large programs of a fit compiled side by side; neither fills the cores alone."""
+    z_noise, zero = _centre(problem)
+    z = np.zeros(problem.parameters.size)
+    nowhere = np.full_like(joined(problem, z, zero), np.nan)  # the solver ends there at once
+    with ThreadPoolExecutor() as pool:
+        density = pool.submit(log_density, problem, z[None])
+        descend(problem, nowhere, z_noise)
+        density.result()
+
+
+def settled(
+    problem: Problem, starts: int, seed: int, report: Callable[[int], None] = lambda _: None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Find the best optimum alone, from as few starts as settle it: until two of them agree.
+
+    Returns z (size,), noise levels at the centre of their priors, and gains and zeros
+    (sensors, 2) on their standard scale. `starts`: at most; `report(done)` after each.
+
+    Raises InputError where no start leads anywhere.
+    """
+    first, (z_noise, zero) = prior_draws(problem, starts, seed), _centre(problem)
+    ends: list[tuple[float, np.ndarray]] = []
+    for done, z in enumerate(first, start=1):
+        end, there = descend(problem, joined(problem, z, zero), z_noise)
+        report(done)
+        if not np.isfinite(float(there.value)):
+            continue
+        ends.append((float(there.value), end))
+        ends.sort(key=lambda one: one[0])
+        if len(ends) > 1 and ends[1][0] < ends[0][0] + AGREE:
+            break
+    if not ends:
+        raise InputError(
+            "no start of the search led to a finite likelihood; look at units and valve programmes"
+        )
+    z, standard = split(problem, ends[0][1], z_noise)
+    return np.asarray(z), np.asarray(standard)
+
+
+def prior_draws(problem: Problem, count: int, seed: int) -> np.ndarray:
+    """Draws of the prior (count, size), its centre first."""
+    drawn = np.random.default_rng(seed).standard_normal((count, problem.parameters.size))
+    drawn[0] = 0.0
+    return drawn
+
+
+def _centre(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
+    """Noise levels, and gains and zeros (sensors, 2), at the centre of their priors."""
+    return np.zeros(int(is_noise(problem).sum())), np.zeros((len(problem.sensors), 2))
+
+
+def search(
+    problem: Problem, starts: int, seed: int, report: Callable[[int], None] = lambda _: None
+) -> Found:
+    """Find the modes of the posterior from `starts` draws of the prior.
+
+    - `report(done)` is called after each start.
+    """
+    return search_from(problem, prior_draws(problem, starts, seed), report)
+
+
+def search_from(
+    problem: Problem,
+    first: np.ndarray,
+    report: Callable[[int], None] = lambda _: None,
+    counts: np.ndarray | None = None,
+) -> Found:
+    """Find the modes of the posterior that points z (points, size) lead to.
+
+    - `counts` (points,): how many starts had led to each, one where left out.
+    """
+    z_noise, zero = _centre(problem)
+
+    def run(z: np.ndarray) -> tuple[np.ndarray, float]:
+        end, there = descend(problem, joined(problem, z, zero), z_noise)
+        return end, float(there.value)
+
+    counts = np.ones(len(first), dtype=int) if counts is None else counts
+    ends = [run(first[0])]
+    report(int(counts[0]))
+    with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
+        for outcome in pool.map(run, first[1:]):
+            ends.append(outcome)
+            report(int(counts[: len(ends)].sum()))
+    levels = np.array([level if np.isfinite(level) else np.inf for _, level in ends])
+    reached = [End(end, n) for (end, _), n in zip(ends, counts.tolist(), strict=True)]
+    return _refined(problem, reached, levels, z_noise)
+
+
+class End(NamedTuple):
+    """Where a descent ended, and how many starts had led to its beginning."""
+
+    w: np.ndarray
+    starts: int
+
+
+def _refined(problem: Problem, ends: list[End], levels: np.ndarray, z_noise: np.ndarray) -> Found:
+    """Bring noise and correlation up to date at the best end, then refine all good ends."""
+    best = ends[int(np.argmin(levels))].w
+    plain = problem
+    for _ in range(REFINEMENTS):
+        z, standard = (np.asarray(part) for part in split(plain, best, z_noise))
+        z = fit_noise(plain, z)
+        z_noise = z[is_noise(plain)]
+        correlation = score_correlation(plain, z)
+        problem = weighted(plain, correlation)
+        best = descend(problem, joined(plain, z, standard), z_noise)[0]
+    good = [end for end, level in zip(ends, levels, strict=True) if np.isfinite(level)]
+    optima = [
+        _optimum(problem, end, reached, known, z_noise)
+        for end, reached, known in _distinct(problem, [End(best, 0), *good], z_noise)
+    ]
+    optima.sort(key=lambda o: -o.log_posterior)
+    kept = tuple(o for o in optima if o.log_posterior > optima[0].log_posterior - KEEP_WITHIN)
+    every = np.repeat(levels, [end.starts for end in ends])
+    return Found(problem, kept, correlation, len(every), every)
+
+
+def _distinct(problem: Problem, ends: list[End], z_noise: np.ndarray) -> list[list]:
+    """Refine the first end and all that are no copies of it, a core each.
+
+    Returns end, number of starts that reached it and information, for each that is good enough.
+    """
+    found: list[list] = []
+    floor, cores = np.inf, os.cpu_count() or 1
+    with ThreadPoolExecutor(max_workers=cores) as pool:
+        for begin in (0, *range(1, len(ends), cores)):
+            some = ends[begin : begin + (cores if begin else 1)]
+            fresh = [end for end in some if _copy_of(found, end.w) is None]
+            refined = pool.map(lambda end: descend(problem, end.w, z_noise), fresh)
+            for end in some:
+                near = _copy_of(found, end.w)
+                if any(end is other for other in fresh):
+                    w, there = next(refined)
+                    floor = min(floor, there.value)
+                    near = _copy_of(found, w)
+                    if near is None and there.value < floor + KEEP_WITHIN:
+                        near = [w, 0, there.information]
+                        found.append(near)
+                if near is not None:
+                    near[1] += end.starts
+    return found
+
+
+def _copy_of(found: list[list], w: np.ndarray) -> list | None:
+    """Return the end that w is a copy of."""
+    return next((f for f in found if _distance(f[0], w, f[2]) < SAME_WITHIN), None)
+
+
+def _distance(a: np.ndarray, b: np.ndarray, known: np.ndarray) -> float:
+    """Root mean square over the parameters of b - a in standard deviations at a."""
+    return float(np.sqrt((b - a) @ known @ (b - a) / len(a)))
+
+
+def _optimum(
+    problem: Problem, w: np.ndarray, reached: int, known: np.ndarray, z_noise: np.ndarray
+) -> Optimum:
+    """Lay the Gaussian law around an end of the solver."""
+    z, standard = (np.asarray(part) for part in split(problem, w, z_noise))
+    covariance = np.zeros((len(z), len(z)))
+    free, noisy = np.flatnonzero(~is_noise(problem)), np.flatnonzero(is_noise(problem))
+    covariance[np.ix_(free, free)] = np.linalg.inv(known)[: len(free), : len(free)]
+    covariance[noisy, noisy] = 1.0 / np.maximum(noise_curvature(problem, z)[1], 1.0)
+    value = float(log_density(problem, z[None])[0])
+    return Optimum(z, standard, covariance, value, reached)
+
+
+def noise_curvature(problem: Problem, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Slope and minus the curvature of the log-posterior along each noise level, by differences."""
+    noise = np.flatnonzero(is_noise(problem))
+    step = np.zeros((2 * len(noise) + 1, len(z)))
+    rows = np.arange(len(noise))
+    step[2 * rows + 1, noise], step[2 * rows + 2, noise] = NOISE_STEP, -NOISE_STEP
+    value = log_density(problem, z + step)
+    up, down = value[1::2], value[2::2]
+    return (up - down) / (2 * NOISE_STEP), -(up - 2 * value[0] + down) / NOISE_STEP**2
+
+
+def fit_noise(problem: Problem, z: np.ndarray) -> np.ndarray:
+    """Move the noise levels in z to their most probable values, the rest held, by Newton steps."""
+    noise = is_noise(problem)
+    z = z.copy()
+    for _ in range(NOISE_ITERATIONS):
+        slope, bend = noise_curvature(problem, z)
+        z[noise] += np.clip(slope / np.maximum(bend, 1.0), -1.0, 1.0)
+    return z
+
+
+def refit(problem: Problem, found: Found) -> Optimum:
+    """Lead the best optimum of a search to that of a problem of the same records and parameters.
+
+    - `problem`: differs in priors only; it takes over weights and noise levels.
+    """
+    weights = {(p.group, p.quantity): np.asarray(p.weight) for p in found.problem.pieces}
+    problem = problem.with_weights(weights)
+    best = found.optima[0]
+    z_noise = best.z[is_noise(problem)]
+    end, there = descend(problem, joined(problem, best.z, best.standard), z_noise)
+    return _optimum(problem, end, 0, np.asarray(there.information), z_noise)

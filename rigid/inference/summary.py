@@ -1,0 +1,210 @@
+"""Figures of each quantity, and the tables for people and programs: summary.csv, result.json."""
+
+import csv
+import io
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid.inference import convergence
+from rigid.io.files import write_text
+
+SCHEMA = 1
+COLUMNS = (
+    "name", "unit", "mean", "sd", "median", "q05", "q95", "ess_bulk", "ess_tail", "r_hat",
+    "published",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Figures of one quantity; q05 and q95 are its 5 % and 95 % quantiles.
+
+    ess_bulk, ess_tail and r_hat are None for a quantity that is constant.
+    """
+
+    mean: float
+    sd: float
+    median: float
+    q05: float
+    q95: float
+    ess_bulk: float | None
+    ess_tail: float | None
+    r_hat: float | None
+
+
+@dataclass(frozen=True)
+class ParameterRow:
+    """One row of the tables: `kappa[free-run-2,A]`, its unit, its figures, the published value."""
+
+    name: str
+    unit: str
+    summary: Summary
+    published: float | None = None
+
+    def values(self) -> dict[str, Any]:
+        """The row as columns of summary.csv."""
+        flat = {
+            "name": self.name, "unit": self.unit, **asdict(self.summary),
+            "published": self.published,
+        }  # fmt: skip
+        return {column: _plain(flat[column]) for column in COLUMNS}
+
+
+@dataclass(frozen=True)
+class Check:
+    """One check of the report: did it hold, and a sentence that says what was found."""
+
+    name: str
+    ok: bool
+    says: str
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Root mean square residual over what the sensors' sheets promise, overall and by channel.
+
+    - records: record -> channel -> gap
+    """
+
+    overall: float | None
+    records: Mapping[str, Mapping[str, float | None]]
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What the result took. Rates are those of the whole run, `wall_s`."""
+
+    wall_s: float
+    compile_s: float
+    evaluations: int
+    ess_min: float | None
+    failed_solves: int
+
+    def values(self) -> dict[str, Any]:
+        """The entries of `cost` in result.json."""
+        known = self.ess_min is not None and self.wall_s > 0
+        return {
+            "wall_s": self.wall_s,
+            "compile_s": self.compile_s,
+            "evaluations": self.evaluations,
+            "evaluations_per_s": self.evaluations / self.wall_s if self.wall_s > 0 else None,
+            "ess_min": self.ess_min,
+            "ess_min_per_s": self.ess_min / self.wall_s if known and self.ess_min else None,
+            "failed_solves": self.failed_solves,
+        }
+
+
+@dataclass(frozen=True)
+class Result:
+    """All of result.json. It is usable if every check holds."""
+
+    spec: str
+    simulated: bool
+    checks: Sequence[Check]
+    parameters: Sequence[ParameterRow]
+    gap: Gap
+    cost: Cost
+    seed: int
+    versions: Mapping[str, str] = field(default_factory=dict)
+    sha256: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def usable(self) -> bool:
+        """May the result be used as it stands."""
+        return all(check.ok for check in self.checks)
+
+    def values(self) -> dict[str, Any]:
+        """The entries of result.json."""
+        rows = {row.name: row.values() for row in self.parameters}
+        plain = {
+            "schema": SCHEMA,
+            "spec": self.spec,
+            "usable": self.usable,
+            "simulated": self.simulated,
+            "checks": [asdict(check) for check in self.checks],
+            "parameters": {
+                name: {key: value for key, value in row.items() if key != "name"}
+                for name, row in rows.items()
+            },
+            "gap": {"overall": self.gap.overall, "records": self.gap.records},
+            "cost": self.cost.values(),
+            "seed": self.seed,
+            "versions": self.versions,
+            "sha256": self.sha256,
+        }
+        return _plain(plain)
+
+
+def summarise(
+    values: NDArray[np.float64],
+    ensemble: NDArray[np.integer],
+    modes: NDArray[np.integer] | None = None,
+) -> Summary:
+    """Figures of one quantity.
+
+    - values: (chain, draw), a chain for each walker
+    - ensemble: (chain,), the ensemble each walker is of; R-hat is judged between ensembles
+    - modes: (chain, draw), the mode each draw is in; then R-hat is judged within them, too
+
+    Source: R-hat and ESS of Vehtari et al. (2021), "Rank-normalization, folding, and localization".
+    """
+    values = np.asarray(values, dtype=float)
+    turned = _by_ensemble(values, ensemble)
+    within = None if modes is None else _by_ensemble(modes, ensemble)
+    found = convergence.diagnose("", turned, within)
+    q05, median, q95 = np.quantile(values, (0.05, 0.5, 0.95))
+    return Summary(
+        mean=float(np.mean(values)),
+        sd=float(np.std(values, ddof=1)),
+        median=float(median),
+        q05=float(q05),
+        q95=float(q95),
+        ess_bulk=found.ess_bulk,
+        ess_tail=found.ess_tail,
+        r_hat=found.r_hat,
+    )
+
+
+def _by_ensemble(values: NDArray[Any], ensemble: NDArray[np.integer]) -> NDArray[Any]:
+    """(chain, draw) as (ensembles, steps, walkers)."""
+    groups = [values[ensemble == label].T for label in np.unique(ensemble)]
+    if len({group.shape for group in groups}) > 1:
+        raise ValueError("ensembles differ in their number of walkers")
+    return np.stack(groups)
+
+
+def write_summary_csv(path: Path | str, rows: Sequence[ParameterRow]) -> None:
+    """Write a row per parameter; what is not known stays empty."""
+    text = io.StringIO()
+    table: csv.DictWriter[str] = csv.DictWriter(text, COLUMNS, lineterminator="\n")
+    table.writeheader()
+    table.writerows(row.values() for row in rows)
+    write_text(path, text.getvalue())
+
+
+def write_result_json(path: Path | str, result: Result) -> None:
+    """Write the result for programs; null stands for what is not known or not finite."""
+    text = json.dumps(result.values(), indent=1, ensure_ascii=False, allow_nan=False)
+    write_text(path, text + "\n")
+
+
+def _plain(value: Any) -> Any:
+    """The value in what JSON knows, with None in place of NaN and infinity."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [_plain(item) for item in value]
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    if isinstance(value, np.integer):
+        return int(value)
+    if isinstance(value, (float, np.floating)):
+        return float(value) if math.isfinite(value) else None
+    return value

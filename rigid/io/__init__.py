@@ -1,0 +1,1 @@
+"""Files, commands and settings: what has nothing to do with rigs."""

@@ -1,0 +1,144 @@
+"""What all commands share: options, the first line, progress, exit status."""
+
+import argparse
+import contextlib
+import os
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+
+from rigid import __version__
+from rigid.io.errors import InputError, RigidError
+
+TRACEBACK = "RIGID_TRACEBACK"
+"""Environment variable that shows where a defect of the program is."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options of a command.
+
+    - `spec`: name or path. - `out`: folder of the results, None for `reports/<name>/`.
+    - `seed`: in place of the spec's. - `resume`, `quiet`, `as_json`: as on the command line.
+    """
+
+    spec: str
+    out: Path | None
+    seed: int | None
+    resume: bool
+    quiet: bool
+    as_json: bool
+
+    def folder(self, spec_path: Path) -> Path:
+        """Folder of the results for a spec."""
+        return self.out if self.out is not None else Path("reports") / spec_path.stem
+
+
+class Interrupted(BaseException):
+    """A signal asked the run to end."""
+
+    def __init__(self, number: int):
+        super().__init__(number)
+        self.number = number
+
+
+def parse(command: str, says: str, arguments: list[str] | None = None) -> Options:
+    """Read the command line; a mistake ends the program with status 2 and one message."""
+    parser = argparse.ArgumentParser(
+        prog=f"python -m rigid.{command}", description=says, allow_abbrev=False
+    )
+    parser.add_argument("spec", help="a spec: its path, or NAME of fits/NAME.toml or a shipped one")
+    parser.add_argument("--out", type=Path, help="folder of the results (reports/<name>/)")
+    parser.add_argument("--seed", type=_seed, help="seed, in place of the spec's")
+    parser.add_argument("--resume", action="store_true", help="go on with an interrupted run")
+    parser.add_argument("--quiet", action="store_true", help="no progress on standard error")
+    parser.add_argument("--json", action="store_true", dest="as_json", help="print result.json")
+    parser.add_argument("--workers", metavar="ADDRESS", help="a Dask scheduler; not yet taken")
+    parser.add_argument("--version", action="version", version=f"rigid {__version__}")
+    given = vars(parser.parse_args(arguments))
+    workers = given.pop("workers")
+    if workers is not None:
+        parser.error(
+            f"--workers {workers}: this command runs on this machine only for now; "
+            "leave --workers out"
+        )
+    return Options(**given)
+
+
+def _seed(text: str) -> int:
+    """Read a seed; random numbers take none below 0."""
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"'{text}' is no seed; it is a whole number, 0 or more")
+    return int(text)
+
+
+def say(options: Options, line: str) -> None:
+    """Print a line of progress to standard error, unless it is to be quiet."""
+    if not options.quiet:
+        sys.stderr.write(line + "\n")
+        sys.stderr.flush()
+
+
+@contextlib.contextmanager
+def signals() -> Iterator[None]:
+    """Turn SIGINT and SIGTERM into `Interrupted`, so that files are closed on the way out."""
+
+    def stop(number: int, _frame: FrameType | None) -> None:
+        raise Interrupted(number)
+
+    before = {n: signal.signal(n, stop) for n in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def run(command: str, says: str, body: Callable[[Options], int]) -> int:
+    """Run a command and return its exit status; failures become one message, no traceback.
+
+    - `body`: does the work and returns 0 or 1.
+    """
+    options = parse(command, says)
+    say(options, f"rigid {__version__}: {command} {options.spec}")
+    try:
+        with signals():
+            status = body(options)
+            sys.stdout.flush()
+            return status
+    except Interrupted as stop:
+        sys.stderr.write("interrupted; --resume goes on from the last complete block\n")
+        return 128 + stop.number
+    except RigidError as error:
+        sys.stderr.write(f"{error}\n")
+        return error.status
+    except BrokenPipeError:  # whoever read the result has seen enough of it
+        _drop_output()
+        return 0
+    except OSError as error:
+        _drop_output()
+        sys.stderr.write(f"the system refused: {error}\n")
+        return 3
+    except MemoryError:
+        sys.stderr.write("out of memory; fewer walkers ([sampler] walkers) need less\n")
+        return 3
+    except Exception as error:  # the last resort: a defect is told from a fault of the input
+        if os.environ.get(TRACEBACK):
+            raise
+        told = " ".join(f"{type(error).__name__}: {error}".split())
+        sys.stderr.write(
+            f"a defect of the program: {told}; set {TRACEBACK}=1 to see where, and report it\n"
+        )
+        return 3
+
+
+def _drop_output() -> None:
+    """Send what standard output still holds nowhere, so that the interpreter's exit is silent."""
+    with contextlib.suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+__all__ = ["InputError", "Interrupted", "Options", "parse", "run", "say", "signals"]

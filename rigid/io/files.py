@@ -1,0 +1,107 @@
+"""Files written whole or not at all, and the lock that keeps two runs out of one folder."""
+
+import errno
+import fcntl
+import math
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from rigid.io.errors import EnvironmentFaultError
+
+
+@contextmanager
+def replacing(path: Path | str) -> Iterator[Path]:
+    """Give a temporary path beside `path`; when the block ends well, it takes the place of `path`.
+
+    - path: where the file is to stand; its folder is made if need be
+
+    A reader sees the old file or the new one, never a part. What was begun is removed when the
+    block fails, and written over if the process was killed; two runs at once are for `locked`.
+
+    Raises EnvironmentFaultError when the disk is full or the folder cannot be written.
+    """
+    path = Path(path)
+    temporary = path.with_name(f".{path.name}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        yield temporary
+        fsync(temporary)
+        os.replace(temporary, path)
+        fsync(path.parent)
+    except OSError as error:
+        raise write_fault(path, error) from error
+    finally:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+
+
+def write_text(path: Path | str, text: str) -> None:
+    """Write `text` (UTF-8, as it is) to `path`, whole or not at all."""
+    with replacing(path) as temporary:
+        temporary.write_bytes(text.encode("utf-8"))
+
+
+def fsync(path: Path) -> None:
+    """Have the system put a file, or the entries of a folder, on the disk itself."""
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    except OSError as error:  # some network disks refuse to sync a folder
+        if not (path.is_dir() and error.errno in (errno.EINVAL, errno.ENOTSUP)):
+            raise
+    finally:
+        os.close(handle)
+
+
+def write_fault(path: Path, error: OSError) -> EnvironmentFaultError:
+    """The failure to report when writing `path` did not work."""
+    why = error.strerror or str(error)
+    todo = "free some space" if error.errno == errno.ENOSPC else "choose another folder with --out"
+    return EnvironmentFaultError(f"{path}: could not be written ({why}); {todo}")
+
+
+@contextmanager
+def locked(directory: Path | str) -> Iterator[None]:
+    """Hold a folder for this run alone; the system lets go of it when the process ends, however.
+
+    - directory: the output folder; made if need be. The lock is on the file `.lock` in it
+
+    Raises EnvironmentFaultError when another run holds it.
+    """
+    path = Path(directory) / ".lock"
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+    except OSError as error:
+        raise write_fault(path, error) from error
+    try:
+        _lock(handle, path)
+        yield
+    finally:
+        os.close(handle)
+
+
+def _lock(handle: int, path: Path) -> None:
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError as error:
+        raise EnvironmentFaultError(
+            f"{path.parent}: in use by another run ({_holder(handle)}); wait for it to end, or "
+            "choose another folder with --out"
+        ) from error
+    except OSError:  # a disk without locks: nothing to hold, and no reason to stop
+        return
+    os.ftruncate(handle, 0)
+    os.pwrite(handle, str(os.getpid()).encode(), 0)
+
+
+def _holder(handle: int) -> str:
+    pid = os.pread(handle, 32, 0).decode(errors="replace").strip()
+    return f"process {pid}" if pid.isdecimal() else "process unknown"
+
+
+def finite(value: float | None) -> float | None:
+    """A number for JSON: None where it is none."""
+    return None if value is None or not math.isfinite(value) else float(value)

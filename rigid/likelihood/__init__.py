@@ -1,0 +1,1 @@
+"""Uncertain numbers and records to a log-posterior density."""

@@ -1,0 +1,270 @@
+"""From a spec and its records to a problem: which numbers are uncertain, and by how much."""
+
+import dataclasses
+import math
+from collections.abc import Iterable, Iterator, Mapping
+
+from rigid.effects import CATALOGUE, AbstractEffect
+from rigid.effects.base import MOTION
+from rigid.effects.declare import PriorDescription
+from rigid.io.errors import InputError
+from rigid.likelihood.channels import SensorSheet, make_pieces
+from rigid.likelihood.effect_lookup import effects_named
+from rigid.likelihood.groups import Grouping, beating, flow_label
+from rigid.likelihood.parameters import Parameter, Parameters, collect, require_known
+from rigid.likelihood.priors import AbstractLaw, make_law
+from rigid.likelihood.problem import Problem
+from rigid.likelihood.tracks import Series, Track, make_track
+from rigid.physics.sensors import UNITS
+from rigid.records.converter import coarseness
+from rigid.records.record import Record
+from rigid.spec import Spec
+
+RIG_SYMBOLS = {
+    "M_HC": (r"M_\mathrm{HC}", "kg"),
+    "M_Pl": (r"M_\mathrm{Pl}", "kg"),
+    "M_Fl": (r"M_\mathrm{Fl}", "kg"),
+    "S_Pl": (r"S_\mathrm{Pl}", "m^2"),
+    "L_0": (r"L_0", "m"),
+    "k_frame": (r"k_\mathrm{frame}", "N/m"),
+    "k_oil": (r"k_\mathrm{oil}", "Pa"),
+    "p_max": (r"p_\mathrm{max}", "Pa"),
+    "presliding": (r"z_\mathrm{C}", "m"),
+}
+
+KAPPA_PRIOR = PriorDescription("lognormal", {"median": 0.2, "factor": 3.0})
+"""Around the values the paper uses, 0.2 and 0.12 (before eq. 23)."""
+
+TANK_PRIOR = PriorDescription("lognormal", {"median": -0.2, "factor": 3.0})
+
+ANY_ANGLE = PriorDescription("uniform", {"low": -math.pi, "high": math.pi})
+
+MOTION_CONSTANTS = ("M_Pl", "S_Pl", "presliding")
+"""Constants of one body: its mass, the area that a pressure acts on, where bristles slide."""
+
+NOISE_FACTOR = 1.5
+"""The sheet gives the noise of one sample as 'about' so much."""
+
+
+def assemble(spec: Spec, records: tuple[Record, ...]) -> Problem:
+    """Make the problem that a spec states for records that have been read.
+
+    Raises InputError for effects, priors or parameters to vary that nothing answers to.
+    """
+    effects = chosen_effects(spec)
+    laid = [make_track(r) for r in records]
+    tracks = tuple(track for track, _ in laid)
+    series = {track.label: series for track, series in laid}
+    if not tracks:
+        raise InputError(f"{spec.path}: no record is fitted; a fit needs at least one")
+    require_at_work(spec, effects, tracks)
+    parameters = list_parameters(spec, effects, tracks, series)
+    confined(spec, effects, tracks)
+    groups = Grouping(effects, dict(spec.model.vary), dict(spec.model.only))(tracks)
+    return Problem(effects, parameters, groups, make_pieces(groups, series, sheets(spec, series)))
+
+
+def chosen_effects(spec: Spec) -> tuple[type[AbstractEffect], ...]:
+    """Look the spec's effects up."""
+    where = f"{spec.path} [model] effects"
+    chosen = effects_named(spec.model.effects, spec.path.parent, where)
+    owners: dict[str, str] = {}
+    for effect in chosen:
+        for info in effect.parameters():
+            other = owners.setdefault(info.name, effect.name)
+            if other != effect.name:
+                raise InputError(
+                    f"{where}: '{other}' and '{effect.name}' are two laws for one thing, both have "
+                    f"{info.name}; name one of them"
+                )
+    return chosen
+
+
+def of_the_rig(tracks: tuple[Track, ...]) -> bool:
+    """Whether any record is of the rig, not of one body of some machine."""
+    return any(track.kind != MOTION for track in tracks)
+
+
+def require_at_work(
+    spec: Spec, effects: tuple[type[AbstractEffect], ...], tracks: tuple[Track, ...]
+) -> None:
+    """Refuse effects of the rig where every record is a motion."""
+    if of_the_rig(tracks):
+        return
+    for effect in effects:
+        if not effect.acts_in(MOTION):
+            able = ", ".join(name for name, one in CATALOGUE.items() if one.acts_in(MOTION))
+            raise InputError(
+                f"{spec.path} [model] effects: '{effect.name}' is of the rig, all records are "
+                f"motions; state effects = [...], of {able}"
+            )
+
+
+def confined(
+    spec: Spec, effects: tuple[type[AbstractEffect], ...], tracks: tuple[Track, ...]
+) -> None:
+    """Refuse effects confined to what is not there."""
+    where = f"{spec.path} [model] only"
+    require_known(spec.model.only, (effect.name for effect in effects), where)
+    for name, scope in spec.model.only.items():
+        require_known([scope], {s for t in tracks for s in t.scope}, f"{where} {name}")
+
+
+def sheets(spec: Spec, series: Mapping[str, Series] | None = None) -> dict[str, SensorSheet]:
+    """Sensor sheets by quantity.
+
+    - `series`: what was read, by the label of the track. Where every reading of a quantity falls on
+      a multiple of the stated step, the converter was coarser than its sheet says, and a sample is
+      an interval of the width that it really had.
+    """
+    out = {}
+    for quantity, sheet in spec.sensors.stated.items():
+        if quantity in UNITS:
+            read = [s for s in (series or {}).values() if s.has(quantity)]
+            values = [s.data[quantity][s.weight[quantity] > 0] for s in read]
+            step = sheet.step * coarseness(values, sheet.step)
+            out[quantity] = SensorSheet(
+                step, sheet.noise, sheet.gain_sd, sheet.zero_sd, stated_step=sheet.step
+            )
+    return out
+
+
+def list_parameters(
+    spec: Spec,
+    effects: tuple[type[AbstractEffect], ...],
+    tracks: tuple[Track, ...],
+    series: Mapping[str, Series],
+) -> Parameters:
+    """List every number of the model with its prior; the spec's word goes before the effect's."""
+    physical = list(_physical(spec, effects, tracks))
+    local = [p for t in tracks for p in _local(spec, t)]
+    acting = Grouping(effects, {}, spec.model.only).acting
+    for one in pump_angles(effects, [t for t in tracks if any(e.beat for e in acting(t))]):
+        local.append(dataclasses.replace(one, law=_law(spec, one.label, one.law)))
+    noise = list(_noise(spec, tracks, series))
+    listed = physical + local + noise
+    names = {p.label for p in listed} | {p.base for p in listed}
+    require_known(spec.priors, names | of_candidates(spec), f"{spec.path} [priors]")
+    require_known(spec.model.vary, {p.base for p in physical}, f"{spec.path} [model] vary")
+    return collect(listed)
+
+
+def of_candidates(spec: Spec) -> set[str]:
+    """Labels of the parameters of effects that the spec names as missing, perhaps."""
+    where = f"{spec.path} [model] candidates"
+    named = effects_named(spec.model.candidates or (), spec.path.parent, where)
+    infos = [info for effect in named for info in effect.parameters()]
+    return {label for info in infos for label in (info.name, *info.labels)}
+
+
+def _law(spec: Spec, label: str, default: AbstractLaw) -> AbstractLaw:
+    """Return the spec's prior for a label or its base name, or the default."""
+    for name in (label, label.split("[")[0]):
+        if name in spec.priors:
+            law = spec.priors[name]
+            return make_law(law.law, law.arguments, f"{spec.path} [priors] {name}")
+    return default
+
+
+def given_laws(spec: Spec) -> dict[str, AbstractLaw]:
+    """Priors that a spec states itself, by label."""
+    return {
+        name: make_law(law.law, law.arguments, f"{spec.path} [priors] {name}")
+        for name, law in spec.priors.items()
+    }
+
+
+def _described(prior: PriorDescription) -> AbstractLaw:
+    return make_law(prior.law, prior.arguments, "built-in prior")
+
+
+def _physical(
+    spec: Spec, effects: tuple[type[AbstractEffect], ...], tracks: tuple[Track, ...]
+) -> Iterator[Parameter]:
+    """Constants of the rig, then parameters of the effects, spread over what they vary by."""
+    known = dict(spec.rig.known)
+    if not of_the_rig(tracks):
+        known = {name: known[name] for name in MOTION_CONSTANTS}
+    for name, constant in known.items():
+        symbol, unit = RIG_SYMBOLS[name]
+        default = make_law(
+            "normal", {"mean": constant.value, "sd": constant.sd}, f"{spec.path} [rig] {name}"
+        )
+        yield from _spread(spec, Parameter(name, symbol, unit, default), tracks)
+    for effect in effects:
+        for info in effect.parameters():
+            for label, prior in zip(info.labels, info.priors, strict=True):
+                if label not in known:
+                    one = Parameter(label, info.symbol, info.unit, _described(prior))
+                    yield from _spread(spec, one, tracks)
+
+
+def _spread(spec: Spec, one: Parameter, tracks: tuple[Track, ...]) -> Iterator[Parameter]:
+    """Yield the parameter once, or once for each kind, cylinder or record it varies by."""
+    by = spec.model.vary.get(one.label)
+    if by is None:
+        yield Parameter(one.label, one.symbol, one.unit, _law(spec, one.label, one.law))
+        return
+    place = ("kind", "cylinder", "record").index(by)
+    for scope in dict.fromkeys(t.scope[place] for t in tracks):
+        label = f"{one.label}[{scope}]"
+        yield Parameter(label, one.symbol, one.unit, _law(spec, label, one.law), varies=True)
+
+
+def pump_angles(
+    effects: Iterable[type[AbstractEffect]], tracks: Iterable[Track]
+) -> list[Parameter]:
+    """Angles at which records found the pump where effects beat with it: all angles are alike."""
+    labels = dict.fromkeys(beating(effects, tracks).values())
+    law = _described(ANY_ANGLE)
+    return [Parameter(label, r"\varphi_\mathrm{r}", "rad", law) for label in labels]
+
+
+def _local(spec: Spec, track: Track) -> Iterator[Parameter]:
+    """Numbers of one record: flow fractions, preload, instant of release."""
+    for level in track.open_levels:
+        label = flow_label(track, level)
+        prior = _described(KAPPA_PRIOR if level == 1 else TANK_PRIOR)
+        yield Parameter(label, r"\kappa", "1", _law(spec, label, prior))
+    if track.onset is None:
+        return
+    record = next(r for r in spec.records if (r.name, r.cylinder) == (track.name, track.cylinder))
+    assert record.preload is not None  # a spec states one for every release
+    preload = {"mean": record.preload.value, "sd": record.preload.sd}
+    label = f"preload[{track.label}]"
+    law = _law(spec, label, make_law("normal", preload, label))
+    yield Parameter(label, r"F_0", "N", law)
+    label = f"release_time[{track.label}]"
+    yield Parameter(label, r"t_0", "s", _law(spec, label, _release_law(record.release_time, track)))
+
+
+def _release_law(given, track: Track) -> AbstractLaw:
+    """Instant of release: exact where given so, else between the samples around the onset."""
+    high = float(track.onset_time)
+    low = high - track.interval
+    if given is None:
+        return make_law("uniform", {"low": low, "high": high}, "release_time")
+    if given.sd == 0.0:
+        return make_law("fixed", {"value": given.value}, "release_time")
+    return make_law(
+        "truncated_normal",
+        {"mean": given.value, "sd": given.sd, "low": low, "high": high},
+        "release_time",
+    )
+
+
+def _noise(
+    spec: Spec, tracks: tuple[Track, ...], series: Mapping[str, Series]
+) -> Iterator[Parameter]:
+    """Noise level of every sensor that read anything."""
+    seen = dict.fromkeys(
+        (q, t.cylinder)
+        for q in UNITS
+        for t in tracks
+        if series[t.label].has(q) and (q == "acceleration") == (t.onset is not None)
+    )
+    for quantity, cylinder in seen:
+        label = f"noise[{quantity},{cylinder}]"
+        prior = {"median": spec.sensors[quantity].noise, "factor": NOISE_FACTOR}
+        law = _law(spec, label, make_law("lognormal", prior, label))
+        yield Parameter(label, r"\sigma", UNITS[quantity], law)

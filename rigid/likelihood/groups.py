@@ -1,0 +1,184 @@
+"""Records of one kind simulated together, in one compiled program for all walkers."""
+
+import dataclasses
+from abc import abstractmethod
+from collections.abc import Iterable, Mapping
+from typing import ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from jax import Array
+
+from rigid.effects import AbstractEffect
+from rigid.likelihood.parameters import scoped
+from rigid.likelihood.tracks import Track
+from rigid.physics.rig import acting, build_rig
+from rigid.solve import inverse, release, slow, staggered
+
+PUMP_ANGLE = "pump_angle"
+"""Angle [rad] at which the pump stood when a record began; a number of each record's own."""
+
+
+class AbstractGroup(eqx.Module):
+    """Tracks that share one program: same kind, same sampling, same view of the parameters."""
+
+    tracks: eqx.AbstractVar[tuple[Track, ...]]
+    effects: eqx.AbstractVar[tuple[type[AbstractEffect], ...]]
+    quantities: eqx.AbstractClassVar[tuple[str, ...]]
+
+    @property
+    def samples(self) -> int:
+        """Samples of the longest track."""
+        return max(t.samples for t in self.tracks)
+
+    @abstractmethod
+    def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
+        """Return ideal readings by quantity, (samples, tracks, walkers), from values by label."""
+
+
+class SlowGroup(AbstractGroup):
+    """Frame compression, free running and field records: marched through by long steps."""
+
+    tracks: tuple[Track, ...]
+    effects: tuple[type[AbstractEffect], ...] = eqx.field(static=True)
+    quantities: ClassVar[tuple[str, ...]] = ("load", "stroke", "pressure")
+
+    def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
+        """Return load, stroke and pressure."""
+        drives = tuple(t.drive for t in self.tracks if t.drive is not None)
+        seen = scoped(values, self.tracks[0].scope)
+        rig = build_rig(self.effects, seen)
+        framed = self.tracks[0].kind == "frame"
+        contact = seen["k_frame"] * (1.0 if framed else 0.0)
+        fractions = self._fractions(values, contact)
+        if rig.steady:
+            out = slow.march(rig, contact, fractions, drives)
+        else:
+            out = staggered.march(rig, contact, fractions, drives, self._angles(values, contact))
+        return {quantity: series[: self.samples] for quantity, series in out.items()}
+
+    def _angles(self, values: Mapping[str, Array], like: Array) -> Array:
+        """Angles of the pump (tracks, walkers) [rad], 0 where nothing beats."""
+        angles = []
+        for t in self.tracks:
+            shared, own = (f"{PUMP_ANGLE}[{place}]" for place in (t.name, t.label))
+            angles.append(values.get(shared, values.get(own, 0.0)) + 0.0 * like)
+        return jnp.stack(angles)
+
+    def _fractions(self, values: Mapping[str, Array], like: Array) -> Array:
+        """Flow fractions (levels, tracks, walkers)."""
+        levels = 1 + max((max(t.open_levels, default=0) for t in self.tracks), default=0)
+        rows = []
+        for level in range(levels):
+            rows.append(
+                jnp.stack(
+                    [
+                        values[flow_label(t, level)] if level in t.open_levels else 0.0 * like
+                        for t in self.tracks
+                    ]
+                )
+            )
+        return jnp.stack(rows)
+
+
+class ReleaseGroup(AbstractGroup):
+    """Quick releases: swung out step by step from the instant of release."""
+
+    tracks: tuple[Track, ...]
+    effects: tuple[type[AbstractEffect], ...] = eqx.field(static=True)
+    quantities: ClassVar[tuple[str, ...]] = ("acceleration",)
+
+    def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
+        """Return the acceleration, 0 before the release."""
+        rig = build_rig(self.effects, scoped(values, self.tracks[0].scope))
+        preload = jnp.stack([values[f"preload[{t.label}]"] for t in self.tracks])
+        delay = jnp.stack([t.onset_time - values[f"release_time[{t.label}]"] for t in self.tracks])
+        onsets = [t.onset for t in self.tracks if t.onset is not None]
+        longest = max(t.samples - o for t, o in zip(self.tracks, onsets, strict=True))
+        ring = release.ring if rig.steady else staggered.ring
+        swing = ring(rig, preload, delay, self.tracks[0].interval, longest)
+        out = jnp.zeros((self.samples, *preload.shape))
+        for i, onset in enumerate(onsets):
+            length = min(longest, self.samples - onset)
+            out = out.at[onset : onset + length, i].set(swing[:length, i])
+        return {"acceleration": out}
+
+
+class MotionGroup(AbstractGroup):
+    """Measured motions of one body: the force that they take."""
+
+    tracks: tuple[Track, ...]
+    effects: tuple[type[AbstractEffect], ...] = eqx.field(static=True)
+    quantities: ClassVar[tuple[str, ...]] = ("force",)
+
+    def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
+        """Return the force."""
+        seen = scoped(values, self.tracks[0].scope)
+        along = inverse.together([t.along for t in self.tracks if t.along is not None])
+        return {"force": inverse.force(inverse.build_body(self.effects, seen), along)}
+
+
+def beating(effects: Iterable[type[AbstractEffect]], tracks: Iterable[Track]) -> dict[str, str]:
+    """Label of the pump's angle when a track began, by label of the track.
+
+    Of those tracks that beat: one of the effects does, and the valve is open. One pump serves both
+    cylinders, so that tracks of one record that begin at one instant share its angle.
+    """
+    kinds = [e for e in effects if e.beat is not None]
+    listed = [t for t in tracks if 1 in t.open_levels and any(e.acts_in(t.kind) for e in kinds)]
+    begun: dict[str, set[float]] = {}
+    for t in listed:
+        begun.setdefault(t.name, set()).add(round(float(t.first), 6))
+    places = {t.label: t.name if len(begun[t.name]) == 1 else t.label for t in listed}
+    return {label: f"{PUMP_ANGLE}[{place}]" for label, place in places.items()}
+
+
+def flow_label(track: Track, level: int) -> str:
+    """Label of a record's flow fraction: `kappa` with the valve open, `kappa_tank` to the tank."""
+    if level == 1:
+        return f"kappa[{track.label}]"
+    number = "" if level == 2 else f",{level - 1}"
+    return f"kappa_tank[{track.label}{number}]"
+
+
+@dataclasses.dataclass(frozen=True)
+class Grouping:
+    """How tracks fall into groups: those with the same key share a program.
+
+    - `effects`: all there are. - `vary`: by what each parameter that varies does.
+    - `only`: the kind, cylinder or "record,cylinder" that an effect is confined to, by its name.
+    """
+
+    effects: tuple[type[AbstractEffect], ...]
+    vary: Mapping[str, str]
+    only: Mapping[str, str] = dataclasses.field(default_factory=dict)
+
+    def acting(self, track: Track) -> tuple[type[AbstractEffect], ...]:
+        """Return the effects that act in a track."""
+        return tuple(
+            e
+            for e in acting(self.effects, track.kind)
+            if self.only.get(e.name, track.kind) in track.scope
+        )
+
+    def key(self, track: Track) -> tuple:
+        """Return what a track must share with the others of its group."""
+        by = set(self.vary.values())
+        scope: dict[str, str] = dict(zip(("kind", "cylinder", "record"), track.scope, strict=True))
+        names = tuple(e.name for e in self.acting(track))
+        return track.kind, round(track.interval, 9), names, *(scope[b] for b in sorted(by))
+
+    def __call__(self, tracks: tuple[Track, ...]) -> tuple[AbstractGroup, ...]:
+        """Part the tracks into groups."""
+        keys = sorted({self.key(t) for t in tracks}, key=repr)
+        groups = []
+        for key in keys:
+            members = tuple(t for t in tracks if self.key(t) == key)
+            present = self.acting(members[0])
+            if members[0].kind == "release":
+                groups.append(ReleaseGroup(members, present))
+            elif members[0].kind == "motion":
+                groups.append(MotionGroup(members, present))
+            else:
+                groups.append(SlowGroup(members, present))
+        return tuple(groups)

@@ -1,0 +1,230 @@
+"""A record as the model meets it, known before a fit: its grid, its valve, its samples."""
+
+import dataclasses
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from rigid.io.errors import InputError
+from rigid.records.motion import lay
+from rigid.records.record import Record
+from rigid.solve.drive import Drive
+from rigid.solve.inverse import Along
+
+JUMP_FRACTION = 0.2
+"""A release is where the acceleration first exceeds this fraction of its greatest magnitude ..."""
+
+QUIET_FACTOR = 6.0
+"""... and this many standard deviations of the quiet stretch before it."""
+
+NORMAL_MEDIAN = 0.6745
+"""Median of the magnitude of a standard normal variable."""
+
+QUIET_SAMPLES = 8
+"""Fewest samples that make a quiet stretch."""
+
+
+MOST_SWITCHES = 8
+"""Switches of a record's valve, at most; each costs step matrices of its own."""
+
+QUIET_LEAD = 16
+"""Samples kept before a release: enough to show the quiet, and the same in every record, so that
+releases share one program."""
+
+ROUND_TO = 64
+"""Releases are padded to a multiple of this many samples, for the same reason."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Series:
+    """What was read: `data` and `weight` by quantity, (samples,); weight 0 where nothing was."""
+
+    data: dict[str, np.ndarray]
+    weight: dict[str, np.ndarray]
+
+    def has(self, quantity: str) -> bool:
+        """Whether anything was read of a quantity."""
+        return quantity in self.weight and bool(self.weight[quantity].any())
+
+    def padded(self, quantity: str, samples: int) -> tuple[np.ndarray, np.ndarray]:
+        """Data and weight of a quantity, followed by zeros up to `samples`."""
+        room = (0, samples - len(self.data[quantity]))
+        return np.pad(self.data[quantity], room), np.pad(self.weight[quantity], room)
+
+    def cut(self, first: int, samples: int) -> "Series":
+        """Return `samples` samples from `first` on; zeros where there are none."""
+
+        def window(series: np.ndarray) -> np.ndarray:
+            out = np.zeros(samples)
+            begin = max(first, 0)
+            piece = series[begin : first + samples]
+            out[begin - first : begin - first + len(piece)] = piece
+            return out
+
+        return Series(
+            {q: window(s) for q, s in self.data.items()},
+            {q: window(s) for q, s in self.weight.items()},
+        )
+
+
+class Track(eqx.Module):
+    """One cylinder in one record, without what was read.
+
+    - `label`: "record,cylinder"; `name`, `kind`, `cylinder`.
+    - `interval` [s], `samples`: the grid; `first` [s]: time of its first sample.
+    - `drive`: of a slow record.
+    - `onset`: of a release, the index of the first sample after it; `onset_time` [s].
+    - `along`: of a motion, what was measured of it.
+    """
+
+    label: str = eqx.field(static=True)
+    name: str = eqx.field(static=True)
+    kind: str = eqx.field(static=True)
+    cylinder: str = eqx.field(static=True)
+    interval: float = eqx.field(static=True)
+    samples: int = eqx.field(static=True)
+    drive: Drive | None = eqx.field(static=True)
+    onset: int | None = eqx.field(static=True)
+    first: Array = eqx.field(converter=jnp.asarray)
+    along: Along | None = None
+
+    @property
+    def scope(self) -> tuple[str, str, str]:
+        """What a parameter that varies can vary by."""
+        return self.kind, self.cylinder, self.label
+
+    @property
+    def open_levels(self) -> tuple[int, ...]:
+        """Flow-fraction levels of this record: 1 is its open valve, 2 on are its tank stretches."""
+        return () if self.drive is None else tuple(sorted(set(self.drive.levels) - {0}))
+
+    @property
+    def times(self) -> np.ndarray:
+        """Sample times [s], shape (samples,)."""
+        return float(self.first) + self.interval * np.arange(self.samples)
+
+    @property
+    def onset_time(self) -> Array:
+        """Time of the first sample after a release [s]."""
+        assert self.onset is not None  # a release has one
+        return self.first + self.interval * self.onset
+
+
+def make_track(record: Record) -> tuple[Track, Series]:
+    """Lay a record on its grid.
+
+    Raises InputError where its samples are not evenly spaced or do not fit its valve programme,
+    or, of a motion, its corner.
+    """
+    if record.kind == "motion":
+        return _motion(record)
+    if not record.uniform:
+        raise InputError(
+            f"{record.path}: samples are not evenly spaced (median interval "
+            f"{record.interval:.6g} s); resample the file to an even grid before fitting"
+        )
+    # Rounded, so that records of one logger share a program whatever their last bits.
+    record = dataclasses.replace(record, interval=float(f"{record.interval:.9g}"))
+    at = np.round((record.time - record.time[0]) / record.interval).astype(int)
+    samples = int(at[-1]) + 1
+    data, weight = {}, {}
+    for quantity, channel in record.channels.items():
+        data[quantity], weight[quantity] = np.zeros(samples), np.zeros(samples)
+        data[quantity][at] = np.where(channel.valid, channel.values, 0.0)
+        weight[quantity][at] = channel.valid
+    make = _release if record.kind == "release" else _slow
+    return make(record, Series(data, weight), samples)
+
+
+def _slow(record: Record, series: Series, samples: int) -> tuple[Track, Series]:
+    """Lay a record with a valve programme."""
+    drive = _drive(record, samples)
+    track = Track(
+        label=f"{record.name},{record.cylinder}",
+        name=record.name,
+        kind=record.kind,
+        cylinder=record.cylinder,
+        interval=record.interval,
+        samples=samples,
+        drive=drive,
+        onset=None,
+        first=float(record.time[0]),
+    )
+    return track, series
+
+
+def _drive(record: Record, samples: int) -> Drive:
+    """Read the valve programme off a record."""
+    switches, levels, tanks = [], [], 1
+    for stretch in record.valve:
+        if stretch.position == "tank":
+            tanks += 1
+        levels.append({"shut": 0, "open": 1, "tank": tanks}[stretch.position])
+        switches.append(stretch.until)
+    first = float(record.time[0])
+    inside = [s for s in switches[:-1] if s > first]
+    if len(inside) > MOST_SWITCHES:
+        raise InputError(
+            f"{record.path}: record '{record.name}' has {len(inside)} switches of the valve; "
+            f"at most {MOST_SWITCHES} are supported, split the record"
+        )
+    skipped = len(switches) - 1 - len(inside)
+    return Drive(first, record.interval, samples, tuple(inside), tuple(levels[skipped:]))
+
+
+def _release(record: Record, series: Series, samples: int) -> tuple[Track, Series]:
+    """Lay a release, cut to a fixed lead before its onset."""
+    onset = _onset(record, series)
+    length = -(-(QUIET_LEAD + samples - onset) // ROUND_TO) * ROUND_TO
+    track = Track(
+        label=f"{record.name},{record.cylinder}",
+        name=record.name,
+        kind=record.kind,
+        cylinder=record.cylinder,
+        interval=record.interval,
+        samples=length,
+        drive=None,
+        onset=QUIET_LEAD,
+        first=float(record.time[0]) + (onset - QUIET_LEAD) * record.interval,
+    )
+    return track, series.cut(onset - QUIET_LEAD, length)
+
+
+def _motion(record: Record) -> tuple[Track, Series]:
+    """Lay a measured motion: what is explained is its force."""
+    laid = lay(record)
+    track = Track(
+        label=f"{record.name},{record.cylinder}",
+        name=record.name,
+        kind=record.kind,
+        cylinder=record.cylinder,
+        interval=laid.interval,
+        samples=len(laid.force),
+        drive=None,
+        onset=None,
+        first=laid.first,
+        along=laid.along,
+    )
+    return track, Series({"force": laid.force}, {"force": laid.weight})
+
+
+def _onset(record: Record, series: Series) -> int:
+    """Index of the first sample after the release."""
+    if not series.has("acceleration"):
+        raise InputError(f"{record.path}: a release needs a channel 'acceleration'")
+    if record.release_time is not None and record.release_time.sd == 0.0:
+        return int(np.ceil((record.release_time.value - record.time[0]) / record.interval - 1e-9))
+    data, weight = series.data["acceleration"], series.weight["acceleration"]
+    size = np.abs(data - np.median(data[weight > 0])) * weight
+    onset = int(np.argmax(size > JUMP_FRACTION * size.max()))
+    rest = size[weight > 0] if onset < QUIET_SAMPLES else size[:onset]
+    # Most of a release's record is ring-down and rest: its median tells the noise all the same.
+    noise = np.median(rest) / NORMAL_MEDIAN if onset < QUIET_SAMPLES else rest.std()
+    if size[onset] < QUIET_FACTOR * noise:
+        raise InputError(
+            f"{record.path}: no release stands out of the noise of record '{record.name}' "
+            "(acceleration never clearly exceeds its quiet stretch); give `release_time`"
+        )
+    return onset

@@ -1,0 +1,1 @@
+"""A model refitted around a fit: hypotheses, Newton ascent, evidence, left-out records."""

@@ -1,0 +1,223 @@
+"""Programs that hold many effects at once, each absent until its amplitude says otherwise.
+
+Compiling a rig anew for every candidate would take longer than all else. So the records are
+simulated by few programs: one with every steady effect and the hidden forces and flows, one with
+all others that have no state of their own, and one for each law of dry friction. Effects that are
+not asked for stand at the value at which they are absent.
+"""
+
+import dataclasses
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from rigid.effects import AbstractEffect
+from rigid.likelihood.groups import AbstractGroup, beating
+from rigid.likelihood.priors import make_law
+from rigid.likelihood.problem import Problem
+from rigid.localfit.hidden_inputs import HIDDEN
+from rigid.physics.rig import acting
+
+Effects = tuple[type[AbstractEffect], ...]
+Swept = list[tuple[dict[str, np.ndarray], dict[str, np.ndarray]]]
+"""Readings and their slopes by quantity, (samples, tracks, lanes), for every group."""
+Parts = tuple[dict[str, Array], ...]
+
+LANES, FEW = 32, 8
+"""Simulations side by side in one program, of steady effects and of others; a sweep of more takes
+several turns."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Family:
+    """One program: the groups of a problem with further effects in them.
+
+    - `effects`: those further ones. - `groups`: with all of them. - `quiet`: values by label at
+      which none of the further effects is there. - `width`: simulations side by side; left out,
+      as many as suit the effects.
+    """
+
+    effects: Effects
+    groups: tuple[AbstractGroup, ...]
+    quiet: Mapping[str, float]
+    width: int | None = None
+
+    @property
+    def steady(self) -> bool:
+        """Whether every effect in it is: then derivatives cost little."""
+        return all(e.steady for group in self.groups for e in group.effects)
+
+    @property
+    def lanes(self) -> int:
+        """Simulations side by side."""
+        if self.width is not None:
+            return self.width
+        return LANES if self.steady else FEW
+
+
+def families(
+    problem: Problem, candidates: Iterable[type[AbstractEffect]], together: bool = False
+) -> tuple[Family, ...]:
+    """Part candidates into programs: steady effects and the hidden ones first, then others.
+
+    Every law of dry friction has a program of its own, for its states cost all others time.
+
+    - `together`: all in one program.
+    """
+    listed = tuple(e for e in dict.fromkeys(candidates) if e not in problem.effects)
+    if together:
+        return (_family(problem, listed),)
+    steady = tuple(e for e in listed if e.steady)
+    moving = [e for e in listed if not e.steady]
+    found = [_family(problem, steady + HIDDEN)]
+    plain = tuple(e for e in moving if not e.scales)
+    if plain:
+        found.append(_family(problem, plain))
+    return (*found, *(_family(problem, (e,)) for e in moving if e.scales))
+
+
+def _family(problem: Problem, effects: Effects) -> Family:
+    groups = []
+    for group in problem.groups:
+        more = acting(effects, group.tracks[0].kind)
+        groups.append(dataclasses.replace(group, effects=group.effects + more))
+    quiet = {label: value for effect in effects for label, value in quiet_values(effect).items()}
+    quiet |= dict.fromkeys(beating(effects, problem.tracks).values(), 0.0)
+    return Family(effects, tuple(groups), quiet)
+
+
+def quiet_values(effect: type[AbstractEffect]) -> dict[str, float]:
+    """Parameters of an effect by label: amplitudes where it is absent, the rest at the median."""
+    out = {}
+    for info in effect.parameters():
+        for label, prior in zip(info.labels, info.priors, strict=True):
+            median = make_law(prior.law, prior.arguments, label).from_standard(0.0)
+            out[label] = float(median) if info.absent is None else float(info.absent)
+    return out
+
+
+def holding(found: tuple[Family, ...], effects: Iterable[type[AbstractEffect]]) -> Family:
+    """Return the first program that has all of some effects.
+
+    Raises KeyError where none has.
+    """
+    wanted = set(effects)
+    for family in found:
+        if wanted <= set(family.effects):
+            return family
+    raise KeyError(sorted(e.name for e in wanted))
+
+
+@eqx.filter_jit
+def _swept(
+    group: AbstractGroup, values: dict[str, Array], tangents: dict[str, Array]
+) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Readings of a group and their derivatives along tangents of the values."""
+    return jax.jvp(group.predict, (values,), (tangents,))
+
+
+@eqx.filter_jit
+def _read(group: AbstractGroup, values: dict[str, Array]) -> dict[str, Array]:
+    """Readings of a group."""
+    return group.predict(values)
+
+
+def sweep(
+    family: Family,
+    values: Mapping[str, np.ndarray],
+    tangents: Mapping[str, np.ndarray],
+    acts: Mapping[str, np.ndarray] | None = None,
+) -> Swept:
+    """Simulate all records, with one derivative in each lane.
+
+    - `values`: by label, (lanes,) each; what is left out of the family's effects is absent.
+    - `tangents`: direction in each lane, by label; 0 where left out.
+    - `acts`: by kind of record, the lanes that are asked for there (lanes,); what is not comes out
+      as 0. Left out: all of them everywhere.
+    """
+    lanes, width = len(next(iter(values.values()))), family.lanes
+    every = {k: np.full(lanes, v) for k, v in family.quiet.items()} | dict(values)
+    none = np.zeros(lanes)
+    along = {k: np.asarray(tangents.get(k, none), dtype=float) for k in every}
+
+    def one(group: AbstractGroup, mine: np.ndarray) -> Parts:
+        return _swept(group, _cut(every, mine, width), _cut(along, mine, width))
+
+    asked = [np.flatnonzero(_asked(group, acts, lanes)) for group in family.groups]
+    return [(parts[0], parts[1]) for parts in _in_turns(family, asked, lanes, one)]
+
+
+def read(
+    family: Family,
+    values: Mapping[str, np.ndarray],
+    acts: Mapping[str, np.ndarray] | None = None,
+) -> list[dict[str, np.ndarray]]:
+    """Simulate all records without derivatives: readings of every group, as in `Swept`.
+
+    - `values`, `acts`: as in `sweep`. A lane takes a fifth of the time that one with a derivative
+      takes where a rig is not steady.
+    """
+    lanes, width = len(next(iter(values.values()))), family.lanes
+    every = {k: np.full(lanes, v) for k, v in family.quiet.items()} | dict(values)
+
+    def one(group: AbstractGroup, mine: np.ndarray) -> Parts:
+        return (_read(group, _cut(every, mine, width)),)
+
+    asked = [np.flatnonzero(_asked(group, acts, lanes)) for group in family.groups]
+    return [parts[0] for parts in _in_turns(family, asked, lanes, one)]
+
+
+def _in_turns(
+    family: Family,
+    asked: Sequence[np.ndarray],
+    lanes: int,
+    simulate: Callable[[AbstractGroup, np.ndarray], Parts],
+) -> list[tuple[dict[str, np.ndarray], ...]]:
+    """What `simulate` gives for the lanes asked of every group, 0 for all others."""
+    width = family.lanes
+    jobs = [
+        (number, mine[begin : begin + width])
+        for number, mine in enumerate(asked)
+        for begin in range(0, len(mine), width)
+    ]
+
+    def one(job: tuple[int, np.ndarray]) -> tuple[dict[str, np.ndarray], ...]:
+        number, mine = job
+        here = simulate(family.groups[number], mine)
+        return jax.tree.map(lambda a: np.asarray(a)[..., : len(mine)], here)
+
+    with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
+        parts = list(pool.map(one, jobs))
+    out = []
+    for number, group in enumerate(family.groups):
+        shape = (group.samples, len(group.tracks), lanes)
+        count = len(parts[0]) if parts else 1
+        found = tuple({q: np.zeros(shape) for q in group.quantities} for _ in range(count))
+        for (at, mine), part in zip(jobs, parts, strict=True):
+            if at == number:
+                jax.tree.map(partial(_put, mine), found, part)
+        out.append(found)
+    return out
+
+
+def _asked(group: AbstractGroup, acts: Mapping[str, np.ndarray] | None, lanes: int) -> np.ndarray:
+    return np.ones(lanes, dtype=bool) if acts is None else acts[group.tracks[0].kind]
+
+
+def _put(lanes: np.ndarray, into: np.ndarray, part: np.ndarray) -> None:
+    into[..., lanes] = part
+
+
+def _cut(lanes: Mapping[str, np.ndarray], mine: np.ndarray, width: int) -> dict[str, Array]:
+    """One turn's lanes, filled up with the last."""
+    at = np.pad(mine, (0, width - len(mine)), mode="edge")
+    return {
+        label: jnp.asarray(np.asarray(series, dtype=float)[at]) for label, series in lanes.items()
+    }

@@ -1,0 +1,146 @@
+"""A model under test: the one specified, with effects added, and its parameters as one vector.
+
+The vector w holds the model's uncertain numbers on the scale where their priors are standard
+normal, noise levels left out: those of the problem, those of what was added, then gain and zero of
+every sensor.
+"""
+
+import dataclasses
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from rigid.effects import AbstractEffect
+from rigid.inference.newton import is_noise
+from rigid.likelihood.assemble import pump_angles
+from rigid.likelihood.parameters import Parameter
+from rigid.likelihood.priors import AbstractLaw
+from rigid.likelihood.problem import Problem
+from rigid.localfit.candidates import laws_of
+
+
+@dataclasses.dataclass(frozen=True)
+class Hypothesis:
+    """The effects of a problem and those `added`.
+
+    - `only`: the record ("record,cylinder") that an added effect is confined to, by its name.
+    - `given`: priors by label that go before those of the effects added.
+    - `held`: numbers, of the problem or of what was added, that stay at a value, by label.
+    """
+
+    problem: Problem
+    added: tuple[type[AbstractEffect], ...] = ()
+    only: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    given: Mapping[str, AbstractLaw] = dataclasses.field(default_factory=dict)
+    held: Mapping[str, float] = dataclasses.field(default_factory=dict)
+
+    def plus(
+        self,
+        effect: type[AbstractEffect],
+        only: str | None = None,
+        given: Mapping[str, AbstractLaw] | None = None,
+    ) -> "Hypothesis":
+        """Return the model with one more effect, and more priors that are given."""
+        confined = dict(self.only) | ({effect.name: only} if only else {})
+        laws = dict(self.given) | dict(given or {})
+        return dataclasses.replace(self, added=(*self.added, effect), only=confined, given=laws)
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Uncertain numbers in the order of w, sensors and noise levels left out."""
+        base = [p for p in self.problem.parameters.sampled if p.base != "noise"]
+        more = (p for effect in self.added for p in self.brought_by(effect))
+        return tuple(p for p in (*base, *more) if p.label not in self.held)
+
+    def brought_by(self, effect: type[AbstractEffect]) -> list[Parameter]:
+        """Uncertain numbers that an effect brings in, with its own priors or those given.
+
+        One that beats with the pump brings the angle at which each record found the pump.
+        """
+        angles = pump_angles([effect], self.problem.tracks)
+        own = [
+            Parameter(label, info.symbol, info.unit, law)
+            for label, (info, law) in laws_of(effect, self.given).items()
+            if not law.known
+        ]
+        return own + [dataclasses.replace(p, law=self.given.get(p.label, p.law)) for p in angles]
+
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        """Labels of `parameters`."""
+        return tuple(p.label for p in self.parameters)
+
+    @property
+    def size(self) -> int:
+        """Length of w."""
+        return len(self.parameters) + 2 * len(self.problem.sensors)
+
+    @cached_property
+    def alone(self) -> "Hypothesis":
+        """The same without what was added."""
+        listed = self.problem.parameters
+        inside = {p.label for p in (*listed.sampled, *listed.known)}
+        held = {k: v for k, v in self.held.items() if k in inside}
+        return dataclasses.replace(self, added=(), held=held)
+
+    def values(self, w: np.ndarray) -> dict[str, tuple[float, float]]:
+        """SI value and its slope by w of each parameter, by label."""
+        w, out = np.asarray(w), {}
+        for members, law in self._alike:
+            value, slope = _placed(law, jnp.asarray(w[members]))
+            for i, v, s in zip(members, value.tolist(), slope.tolist(), strict=True):
+                out[self.labels[i]] = v, s
+        return out
+
+    @cached_property
+    def _alike(self) -> list[tuple[np.ndarray, AbstractLaw]]:
+        """Parameters whose priors are of one kind, by number, and all their priors as one law."""
+        kinds: dict[type[AbstractLaw], list[int]] = {}
+        for i, p in enumerate(self.parameters):
+            kinds.setdefault(type(p.law), []).append(i)
+        laws = [[self.parameters[i].law for i in members] for members in kinds.values()]
+        together = [jax.tree.map(lambda *a: np.stack(a), *one) for one in laws]
+        return [(np.array(m), law) for m, law in zip(kinds.values(), together, strict=True)]
+
+    def constants(self) -> dict[str, float]:
+        """SI values of what is known or held, and of noise levels' places."""
+        return self._known | dict(self.held)
+
+    @cached_property
+    def _known(self) -> dict[str, float]:
+        """SI values of what the problem knows, and 0 for each noise level."""
+        known = {p.label: float(p.law.from_standard(0.0)) for p in self.problem.parameters.known}
+        return known | {p.label: 0.0 for p in self.problem.parameters.sampled if p.base == "noise"}
+
+    def sensors(self, w: np.ndarray) -> np.ndarray:
+        """Gains and zeros on their standard scale (sensors, 2)."""
+        return np.asarray(w)[len(self.parameters) :].reshape(-1, 2)
+
+    def sigmas(self, z_noise: np.ndarray) -> np.ndarray:
+        """Noise level of every sensor (sensors,) [SI]."""
+        laws = [p for p in self.problem.parameters.sampled if p.base == "noise"]
+        placed = zip(laws, np.asarray(z_noise), strict=True)
+        level = self._known | {p.label: float(_placed(p.law, jnp.asarray(z))[0]) for p, z in placed}
+        return np.array([level[f"noise[{s}]"] for s in self.problem.sensors])
+
+
+@eqx.filter_jit
+def _placed(law: AbstractLaw, z: Array) -> tuple[Array, Array]:
+    """Value of a law at standard normal z, and its slope by it."""
+    return jax.jvp(law.from_standard, (z,), (jnp.ones_like(z),))
+
+
+def start(problem: Problem, z: np.ndarray, standard: np.ndarray) -> np.ndarray:
+    """The vector w of the model as specified, from a search's optimum."""
+    return np.concatenate([np.asarray(z)[~is_noise(problem)], np.asarray(standard).ravel()])
+
+
+def widened(w: np.ndarray, sensors: int, more: Iterable[float]) -> np.ndarray:
+    """Put the numbers of an added effect into w, before its `sensors` gains and zeros."""
+    cut = len(w) - 2 * sensors
+    return np.concatenate([w[:cut], np.asarray(list(more), dtype=float), w[cut:]])

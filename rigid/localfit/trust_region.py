@@ -1,0 +1,133 @@
+"""The step of a fit: to the top of what its parabola and the priors say, within a radius.
+
+Readings change in proportion to an amplitude, not to its logarithm. Where two amplitudes share what
+the records know of them (a coefficient and its branches: the sum of both, to a thousandth), the top
+lies along a valley that is straight in the amplitudes and bent in their logarithms, a thousandth
+wide: steps along its tangent leave it after a twentieth of a prior sd. So the log-likelihood is
+taken for a parabola in the amplitudes, the prior is what it is, and the top of both is found
+without a simulation.
+"""
+
+import dataclasses
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from rigid.likelihood.priors import Lognormal
+from rigid.localfit.local import Local
+
+FIRST_DAMPING, MORE_DAMPING = 0.1, 4.0
+"""Damping that is tried first, in units of the prior's curvature, and the factor to the next."""
+MOST_ROUNDS = 60
+ENOUGH = 1e-4
+"""Nats that a round must promise to be done."""
+TO_ZERO = 0.9
+"""Share of the way to an amplitude of zero that one round may go."""
+HALVINGS = 30
+TRACE = 1e-12
+"""Added to the diagonal of what is solved, in units of it; rounding takes off 1e-14."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Model:
+    """Log-posterior around a fit, likelihood a parabola in d = change of value / its slope by w.
+
+    - `information` (size, size), `pull` (size,): of the likelihood. - `w` (size,): where it stands.
+    - `bent` (size,): ln of the factor of a lognormal amplitude, w + ln(1 + bent d)/bent; 0 for all
+      other numbers, w + d.
+    """
+
+    information: np.ndarray
+    pull: np.ndarray
+    w: np.ndarray
+    bent: np.ndarray
+
+    def place(self, d: np.ndarray) -> np.ndarray:
+        """w (size,) there."""
+        bent = np.where(self.bent > 0.0, self.bent, 1.0)
+        return self.w + np.where(self.bent > 0.0, np.log1p(self.bent * d) / bent, d)
+
+    def value(self, d: np.ndarray, damping: float = 0.0) -> float:
+        """Log-posterior there, less `damping` |change of w|^2/2, up to a constant."""
+        w = self.place(d)
+        moved = w - self.w
+        prior = 0.5 * (w @ w + damping * moved @ moved)
+        return float(self.pull @ d - 0.5 * d @ self.information @ d - prior)
+
+    def top(self, damping: float, begin: np.ndarray) -> np.ndarray:
+        """d (size,) at which `value` is highest, from `begin` on.
+
+        Newton's method; where the prior of an amplitude bends the wrong way, its bend is left out.
+        """
+        d = begin
+        for _ in range(MOST_ROUNDS):
+            w, rise = self.place(d), 1.0 / (1.0 + self.bent * d)
+            held = w + damping * (w - self.w)
+            slope = self.pull - self.information @ d - held * rise
+            bend = (1.0 + damping) * rise**2 + np.maximum(-held * self.bent * rise**2, 0.0)
+            step = solved(self.information + np.diag(bend), slope)
+            if slope @ step < ENOUGH:
+                break
+            low = np.minimum(self.bent * step * rise, 0.0).min(initial=0.0)
+            step = step * min(1.0, TO_ZERO / max(-low, 1e-300))
+            d = self._uphill(d, step, damping)
+        return d
+
+    def _uphill(self, d: np.ndarray, step: np.ndarray, damping: float) -> np.ndarray:
+        here = self.value(d, damping)
+        for _ in range(HALVINGS):
+            if self.value(d + step, damping) > here:
+                return d + step
+            step = 0.5 * step
+        return d
+
+
+def solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Solution (size,) for a matrix that is positive definite but for what rounding does.
+
+    Scaled to a diagonal of 1, to which TRACE is added: far from the top records seem to know some
+    sums of numbers to 1e-8 of a prior sd, beside which nothing of the prior is left in 16 digits.
+    """
+    scale = 1.0 / np.sqrt(np.diag(matrix))
+    unit = matrix * np.outer(scale, scale) + TRACE * np.eye(len(scale))
+    return scale * cho_solve(cho_factor(unit), scale * right)
+
+
+def model_of(local: Local) -> Model:
+    """The model of a fit's log-posterior around where it stands."""
+    information = local.information - np.eye(len(local.w))
+    return Model(information, local.gradient + local.w, local.w, bent_of(local))
+
+
+def bent_of(local: Local) -> np.ndarray:
+    """Ln of the prior's factor for every lognormal amplitude in w, 0 for all else (size,)."""
+    hypothesis = local.hypothesis
+    effects = (*hypothesis.problem.effects, *hypothesis.added)
+    infos = [info for effect in effects for info in effect.parameters()]
+    amplitudes = {label for info in infos if info.absent == 0.0 for label in info.labels}
+    bent = np.zeros(len(local.w))
+    for i, p in enumerate(hypothesis.parameters):
+        if p.label in amplitudes and isinstance(p.law, Lognormal):
+            bent[i] = np.log(p.law.factor)
+    return bent
+
+
+def promised(local: Local) -> float:
+    """Log-posterior that the top of a fit's model is above it."""
+    model = model_of(local)
+    none = np.zeros(len(local.w))
+    return model.value(model.top(0.0, none)) - model.value(none)
+
+
+def moved_within(model: Model, radius: float) -> tuple[np.ndarray, float]:
+    """Step of w (size,) towards the top of a model, no entry above `radius`, and what it promises.
+
+    Where the top is further, a change of w is made dear, the same in all directions, until it is
+    not: Levenberg 1944, Q. Appl. Math. 2; the units are prior sds.
+    """
+    none = np.zeros(len(model.w))
+    damping, d = 0.0, model.top(0.0, none)
+    while np.abs(model.place(d) - model.w).max() > radius:
+        damping = max(MORE_DAMPING * damping, FIRST_DAMPING)
+        d = model.top(damping, none)
+    return model.place(d) - model.w, model.value(d) - model.value(none)

@@ -1,0 +1,1 @@
+"""The rig as equations of motion, what its sensors read, and closed forms of the paper."""

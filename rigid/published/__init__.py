@@ -1,0 +1,1 @@
+"""What the numbers that a paper prints say of a rig: hypotheses, posteriors, evidence."""

@@ -1,0 +1,1 @@
+"""Bands of field tests: files, terminal, page."""

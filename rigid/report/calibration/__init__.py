@@ -1,0 +1,1 @@
+"""The result of a calibration: files, terminal, page."""

@@ -1,0 +1,202 @@
+"""The verdict of a fit and its files: checks, tables, posterior.nc."""
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from rigid.inference.calibrate import KEPT_STEPS, Calibrated
+from rigid.inference.derived import frictions, overall_gap, values_of
+from rigid.inference.export import about, by_record, dataset, series_groups, with_friction
+from rigid.inference.friction_curve import FREQUENCIES
+from rigid.inference.posterior import chain_coords, save_posterior
+from rigid.inference.summary import Check, Cost, Gap, ParameterRow, Result, summarise
+from rigid.io.provenance import versions
+from rigid.physics.sensors import UNITS
+from rigid.report.paper_values import published
+from rigid.report.usability import MOST_CHANNEL_GAP, MOST_GAP
+from rigid.spec import Spec
+
+REPORTED_HZ = (0.01, 80.0)
+"""Frequencies at which |mu| stands in the tables: as good as 0, and the release's."""
+
+LEAST_SHARE_OF_STARTS = 2
+"""Starts that must have reached the best optimum, for it not to be a lucky one."""
+
+BAD_TAIL = 0.7
+"""Pareto shape beyond which importance weights say nothing (Vehtari et al. 2024)."""
+
+PRIOR_DRAWS = 2000
+
+
+def friction_at(done: Calibrated) -> dict[str, np.ndarray]:
+    """|mu| of the draws at REPORTED_HZ, (chain, draw) by label."""
+    out = {}
+    for view, curve in done.frictions.items():
+        for frequency in REPORTED_HZ:
+            at = int(np.argmin(np.abs(FREQUENCIES - frequency)))
+            label = f"abs_mu[{frequency:g} Hz{',' + view if view else ''}]"
+            out[label] = curve.magnitude[:, at].reshape(done.shape)
+    return out
+
+
+def rows(done: Calibrated) -> list[ParameterRow]:
+    """Rows of the tables: every sampled parameter, then |mu|."""
+    chains = done.shape[0]
+    ensemble = np.arange(chains) // (chains // done.ensembles)
+    out = []
+    for p in done.problem.parameters.sampled:
+        printed = published(p.base, done.problem.of_the_rig)
+        figures = summarise(done.values[p.label], ensemble)
+        out.append(ParameterRow(p.label, p.unit, figures, printed[0].value if printed else None))
+    for label, values in friction_at(done).items():
+        out.append(ParameterRow(label, "N s/m", summarise(values, ensemble)))
+    return out
+
+
+def checks(done: Calibrated, gap: float) -> list[Check]:
+    """What must hold for the result to be used."""
+    best = done.found.optima[0]
+    listed = [Check("converged", bool(done.draws.converged), done.draws.says)]
+    starts = f"{best.reached} of {done.found.starts} starts ended in the best optimum"
+    enough = best.reached >= min(LEAST_SHARE_OF_STARTS, done.found.starts)
+    listed.append(Check("starts", enough, starts))
+    worst = max(done.shown, key=lambda c: c.gap)
+    fits = bool(gap <= MOST_GAP and worst.gap <= MOST_CHANNEL_GAP)
+    said = (
+        f"residuals are {gap:.2f} times what the sensors' sheets say (limit {MOST_GAP}), at worst "
+        f"{worst.gap:.2f} times in {worst.quantity} of {worst.record},{worst.cylinder} "
+        f"(limit {MOST_CHANNEL_GAP})"
+    )
+    listed.append(Check("residuals", fits, said))
+    if len(done.found.optima) > 1:
+        k = done.weights.pareto_k
+        listed.append(
+            Check("mode weights", bool(k < BAD_TAIL), f"Pareto shape of their weights is {k:.2f}")
+        )
+    return listed
+
+
+def gaps(done: Calibrated) -> Gap:
+    """Gap by record and channel; two cylinders of a record are told apart by the cylinder."""
+    records: dict[str, dict[str, float | None]] = {}
+    twice = {
+        c.record
+        for c in done.shown
+        for d in done.shown
+        if c.record == d.record and c.cylinder != d.cylinder
+    }
+    for c in done.shown:
+        name = f"{c.record},{c.cylinder}" if c.record in twice else c.record
+        records.setdefault(name, {})[c.quantity] = c.gap
+    return Gap(overall_gap(done.shown), records)
+
+
+def result(spec: Spec, done: Calibrated, wall: float) -> Result:
+    """Gather result.json."""
+    gap = gaps(done)
+    table = rows(done)
+    sizes = [r.summary.ess_bulk for r in table if r.summary.ess_bulk is not None]
+    cost = Cost(
+        wall_s=wall,
+        compile_s=done.compile_s,
+        evaluations=int(done.draws.evaluations),
+        ess_min=min(sizes) if sizes else None,
+        failed_solves=int(done.draws.failed),
+    )
+    return Result(
+        spec=spec.path.stem,
+        simulated=spec.simulated,
+        checks=checks(done, gap.overall or 0.0),
+        parameters=table,
+        gap=gap,
+        cost=cost,
+        seed=done.seed,
+        versions=versions(),
+        sha256={f"{r.name},{r.cylinder}": r.sha256 for r in done.records},
+    )
+
+
+def write_posterior(path: Path, spec: Spec, done: Calibrated) -> None:
+    """Write posterior.nc with all its groups."""
+    problem, shape = done.problem, done.kept_shape
+    described = about(problem.parameters)
+    coords = chain_coords(done.ensembles, shape[0] // done.ensembles, shape[1])
+    sampled = {p.label: done.kept[p.label] for p in problem.parameters.sampled}
+    for label, pair in done.sensors.items():
+        quantity = label.split(",")[0]
+        for name, unit, series in zip(("gain", "zero"), ("1", UNITS[quantity]), pair, strict=True):
+            sampled[f"{name}[{label}]"] = series.reshape(shape)
+            described[f"{name}[{label}]"] = (unit, name)
+    posterior = with_friction(dataset(sampled, described, coords), done.kept_frictions, shape)
+    z = np.random.default_rng([done.seed, 3]).standard_normal(
+        (PRIOR_DRAWS, problem.parameters.size)
+    )
+    drawn = values_of(problem, z)
+    prior_values = {p.label: drawn[p.label][None] for p in problem.parameters.sampled}
+    prior = with_friction(
+        dataset(prior_values, described, {"chain": [0], "draw": np.arange(PRIOR_DRAWS)}),
+        frictions(problem, drawn),
+        (1, PRIOR_DRAWS),
+    )
+    kept = done.draws.thinned(KEPT_STEPS).log_prob
+    density = np.swapaxes(kept, 1, 2).reshape(shape)
+    known = {p.label: float(p.law.from_standard(np.zeros(1))[0]) for p in problem.parameters.known}
+    groups = {
+        "posterior": posterior,
+        "prior": prior,
+        "log_likelihood": by_record(done.tracks, shape).assign_coords(coords),
+        "sample_stats": xr.Dataset(
+            {"lp": (("chain", "draw"), density, {"units": "1"})}, coords=coords
+        ),
+        "constant_data": xr.Dataset(
+            {k: ((), v, {"units": described[k][0]}) for k, v in known.items()}
+        ),
+    }
+    groups |= series_groups(done.shown, "posterior_predictive")
+    groups["prior_predictive"] = series_groups(done.prior_shown, "p")["p"]
+    save_posterior(path, groups, provenance(spec, done) | {"spec_folder": _beside(spec, path)})
+
+
+def provenance(spec: Spec, done: Calibrated) -> dict[str, str | int]:
+    """Attributes that tell where a posterior came from."""
+    return {
+        "spec": spec.text,
+        "spec_name": spec.path.stem,
+        "simulated": int(spec.simulated),
+        "effects": ",".join(spec.model.effects),
+        "seed": done.seed,
+        "versions": json.dumps(versions()),
+        "sha256": json.dumps({f"{r.name},{r.cylinder}": r.sha256 for r in done.records}),
+    }
+
+
+def _beside(spec: Spec, path: Path) -> str:
+    """Where the spec lies, seen from the posterior's folder: effects of one's own stand there."""
+    there = spec.path.parent.resolve()
+    try:
+        return Path(os.path.relpath(there, path.parent.resolve())).as_posix()
+    except ValueError:  # on another drive, which has no way from here
+        return there.as_posix()
+
+
+def printed(found: Result, folder: Path, as_json: bool) -> str:
+    """Text for standard output: the table, or result.json as it was written."""
+    if as_json:
+        return (folder / "result.json").read_text(encoding="utf-8")
+    lines = [
+        f"{'parameter':32}{'unit':8}{'median':>12}{'5 %':>12}{'95 %':>12}{'ESS':>8}{'R-hat':>8}"
+    ]
+    for row in found.parameters:
+        s = row.summary
+        ess = f"{s.ess_bulk:8.0f}" if s.ess_bulk is not None else f"{'-':>8}"
+        r_hat = f"{s.r_hat:8.3f}" if s.r_hat is not None else f"{'-':>8}"
+        lines.append(
+            f"{row.name:32}{row.unit:8}{s.median:12.5g}{s.q05:12.5g}{s.q95:12.5g}{ess}{r_hat}"
+        )
+    note = "simulated data; " if found.simulated else ""
+    verdict = "is usable" if found.usable else "must not be used as it stands"
+    lines.append(f"{note}gap {found.gap.overall:.3f} (1 is the floor); the result {verdict}")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,161 @@
+"""From a calibration to what the figures of its page show."""
+
+import numpy as np
+
+from rigid.inference.calibrate import Calibrated
+from rigid.inference.derived import LEVELS, Channel, frictions, values_of
+from rigid.inference.excitation import excited
+from rigid.inference.friction_curve import FREQUENCIES
+from rigid.physics.characteristic import PUBLISHED_RIG, TwoMassRig, dimensionless, roots
+from rigid.physics.sensors import UNITS
+from rigid.plots import shown
+from rigid.report.paper_values import FRICTION, published
+
+NARROWER = 0.5
+"""A stretch of mu(omega) counts as informed where the 90 % band of log |mu| is below this part of
+the prior's."""
+
+ROOT_DRAWS = 200
+
+ROOT_STEPS = 3000
+
+MOST_MU = 1.5e5
+"""N s/m; epsilon = 2.15, as far as Fig. 4 goes."""
+
+PRIOR_DRAWS = 4000
+
+CORNER_DRAWS = 4000
+
+RANK_BINS = 20
+
+
+def channel_fit(done: Calibrated, c: Channel) -> shown.ChannelFit:
+    """One channel for the figures."""
+    read = np.isfinite(c.data)
+    record = next(r for r in done.records if (r.name, r.cylinder) == (c.record, c.cylinder))
+    begins = [float(c.time[0]), *(s.until for s in record.valve[:-1])][: len(record.valve)]
+    unit = UNITS[c.quantity]
+    return shown.ChannelFit(
+        record=c.record, cylinder=c.cylinder, kind=c.kind, quantity=c.quantity, unit=unit,
+        time=c.time[read], data=c.data[read], quantiles=c.quantiles[:, read],
+        residual=c.residual[read],
+        valve=tuple((t, s.position) for t, s in zip(begins, record.valve, strict=True)),
+        gap=c.gap, correlation_time=c.correlation_time,
+    )  # fmt: skip
+
+
+def friction_curve(done: Calibrated) -> shown.FrictionCurve | None:
+    """mu(omega) with its bands beside the prior's; None where no record is of the rig."""
+    if not done.frictions:
+        return None
+    curve = next(iter(done.frictions.values()))
+    rng = np.random.default_rng([done.seed, 4])
+    prior_z = rng.standard_normal((PRIOR_DRAWS, done.problem.parameters.size))
+    prior = next(iter(frictions(done.problem, values_of(done.problem, prior_z)).values()))
+    quantiles = {
+        name: np.percentile(series, LEVELS, axis=0)
+        for name, series in (
+            ("dissipative", curve.dissipative),
+            ("storage", curve.storage),
+            ("magnitude", curve.magnitude),
+            ("prior_magnitude", prior.magnitude),
+        )
+    }
+    informed = heard(quantiles["magnitude"], quantiles["prior_magnitude"])
+    printed = tuple((f, p.value, p.place) for f, p in FRICTION)
+    return shown.FrictionCurve(
+        frequency=FREQUENCIES, **quantiles, informed=informed,
+        excited=excited(done.shown),
+        published=printed,
+    )  # fmt: skip
+
+
+def heard(after: np.ndarray, before: np.ndarray) -> np.ndarray:
+    """Where records and not the prior alone speak of |mu| (m,).
+
+    - `after`, `before` (5, m): quantiles of |mu| [N s/m] at LEVELS, of posterior and prior.
+    """
+    tiny = 1e-300
+    widths = [np.log((each[4] + tiny) / (each[0] + tiny)) for each in (after, before)]
+    return widths[0] < NARROWER * widths[1]
+
+
+def corner(done: Calibrated) -> shown.Draws | None:
+    """Draws of the machine's own parameters for the corner figure; None where there are none."""
+    rig = done.problem.of_the_rig
+    local = ("kappa", "kappa_tank", "noise", "preload", "release_time", "M_Pl", "k_frame")
+    left_out = local if rig else ("noise",)
+    chosen = [p for p in done.problem.parameters.sampled if p.base not in left_out][:9]
+    if not chosen:
+        return None
+    flat = np.stack([done.values[p.label].ravel() for p in chosen])
+    every = max(1, flat.shape[1] // CORNER_DRAWS)
+    printed = [published(p.base, rig) for p in chosen]
+    marks = tuple(values[0].value if values else None for values in printed)
+    symbols = tuple(
+        p.symbol if not p.label.endswith("]") else p.symbol.replace("_i", "_" + p.label[-2])
+        for p in chosen
+    )
+    return shown.Draws(symbols, tuple(p.unit for p in chosen), flat[:, ::every], marks)
+
+
+def traces(done: Calibrated) -> tuple[shown.Trace, ...]:
+    """Ensemble means over steps and rank histograms of a few parameters."""
+    out, z = [], done.draws.z
+    ensembles, steps = z.shape[:2]
+    chosen = [
+        i
+        for i, p in enumerate(done.problem.parameters.sampled)
+        if not done.problem.of_the_rig
+        or p.base in ("k_LC", "mu", "k_oil", "mu_branch", "tau_branch")
+    ][:6]
+    for i in chosen:
+        p = done.problem.parameters.sampled[i]
+        means = np.asarray(p.law.from_standard(z[..., i])).mean(axis=2)
+        rank = z[..., i].ravel().argsort().argsort().reshape(ensembles, -1)
+        edges = np.linspace(0, rank.size, RANK_BINS + 1)
+        ranks = np.stack([np.histogram(r, edges)[0] for r in rank])
+        symbol = p.symbol.replace("_i", "_" + p.label[-2]) if p.label.endswith("]") else p.symbol
+        out.append(shown.Trace(
+            symbol, p.unit, done.draws.warmup + np.arange(steps), means, done.draws.warmup, ranks
+        ))  # fmt: skip
+    return tuple(out)
+
+
+def roots_shown(done: Calibrated) -> shown.Roots | None:
+    """Roots of eq. (14) as Fig. 4 has them, with those of the posterior at the release's mu.
+
+    None where no record is of the rig.
+    """
+    if not done.frictions:
+        return None
+    paths = np.stack(
+        [_roots(PUBLISHED_RIG, float(mu)) for mu in np.linspace(0.0, MOST_MU, ROOT_STEPS)], 1
+    )
+    at = int(np.argmin(np.abs(FREQUENCIES - 80.0)))
+    mu = list(done.frictions.values())[-1].dissipative[:, at]
+    every = max(1, len(mu) // ROOT_DRAWS)
+    v = {label.split("[")[0]: s.ravel()[::every] for label, s in done.values.items()}
+    rigs = [
+        TwoMassRig(
+            float(v["M_HC"][i] - v["M_Pl"][i]),
+            float(v["M_Pl"][i] + v["M_Fl"][i] / 2),
+            float(v["k_oil"][i] * v["S_Pl"][i] / v["L_0"][i]),
+            float(v["k_LC"][i]),
+        )
+        for i in range(len(v["k_LC"]))
+    ]
+    cloud = [_roots(rig, float(m)) for rig, m in zip(rigs, mu[::every], strict=True)]
+    marks = tuple((f"{p.value:.3g} N s/m", _roots(PUBLISHED_RIG, p.value)) for _, p in FRICTION)
+    return shown.Roots(
+        paths,
+        (0.0, float(dimensionless(PUBLISHED_RIG, MOST_MU).epsilon)),
+        _roots(PUBLISHED_RIG, 0.0),
+        marks,
+        ("posterior, Re mu at 80 Hz", np.concatenate(cloud)),
+    )
+
+
+def _roots(rig: TwoMassRig, mu: float) -> np.ndarray:
+    scaled = dimensionless(rig, mu)
+    return roots(scaled.epsilon, scaled.a1, scaled.a2)

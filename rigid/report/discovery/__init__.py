@@ -1,0 +1,1 @@
+"""The result of discovery: files, terminal, page."""

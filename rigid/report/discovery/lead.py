@@ -1,0 +1,184 @@
+"""The answer in a few plain sentences, for a reader who knows rigs and not statistics."""
+
+import numpy as np
+
+from rigid.discovery.refit import Refit
+from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained
+from rigid.discovery.workflow import Outcome, Step
+from rigid.localfit.intervals import interval
+from rigid.localfit.leave_one_out import gap
+from rigid.plots.metrology import median_and_interval, significant
+from rigid.report.discovery.output import added_labels, alternatives, quoted
+from rigid.report.discovery.section import Moved
+from rigid.report.discovery.words import called, introduced, meanings
+
+TOLD_MOVES = 3
+SHOWN = 5.0
+"""Strength at which an effect is told to have shown."""
+
+
+def ruling(outcome: Outcome) -> str:
+    """The verdict in a sentence."""
+    if not outcome.steps:
+        return "Nothing is missing that these records show."
+    first = outcome.steps[0]
+    if first.verdict == "named":
+        named = [step.chosen or "" for step in outcome.steps if step.verdict == "named"]
+        return f"Missing: {' and '.join(named)}."
+    if first.verdict == "indistinguishable":
+        either = [first.chosen or "", *(one["effect"] for one in alternatives(first))]
+        return f"Something is missing; these records cannot tell which: {', '.join(either)}."
+    return "Something is missing, and no effect of the catalogue explains it."
+
+
+def lead(outcome: Outcome, extended: str | None) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    """Questions that a reader has, and the answers, in order; a paragraph for each step.
+
+    - `extended`: the path of the spec with what was added, None where nothing was.
+    """
+    if not outcome.steps:
+        nothing = outcome.last_probability[NOTHING]
+        sure = (
+            f"Of campaigns in which the model is complete, {share(outcome.last.p_value)} leave as "
+            "much over as these records do. The probability that nothing is missing is "
+            f"{nothing:.2f}. What is too weak for these records may be missing all the same: the "
+            "last table says from what size on an effect would have shown."
+        )
+        still = f"Nothing was added. The gap is {gap(outcome.base):.4f}."
+        return (("How sure?", (sure,)), ("What changed?", (still,)))
+    unknown = (
+        "Nothing was added. Until what is missing is known, the quoted numbers stand for whatever "
+        "the model makes of it."
+    )
+    changed = (unknown,) if extended is None else tuple(map(_changed, outcome.steps))
+    return (
+        ("What is it?", tuple(map(_what, outcome.steps))),
+        ("How sure?", tuple(map(_sure, outcome.steps))),
+        ("What changed?", changed),
+        ("What next?", (_next(outcome.steps, extended),)),
+    )
+
+
+def share(p_value: float) -> str:
+    """How often, as a reader would say it."""
+    return "fewer than 1 in 1,000" if p_value < 1e-3 else f"{100 * p_value:.1f} %"
+
+
+def chance(step: Step) -> str:
+    """How often as much is found where nothing is missing."""
+    return (
+        f"Chance alone finds as much in {share(step.explained.p_value)} of campaigns in which "
+        "nothing is missing."
+    )
+
+
+def _what(step: Step) -> str:
+    if step.chosen is None:
+        return (
+            "Something that none of the effects tried leaves. It shows most in record "
+            f"{step.place.record.replace(',', ', cylinder ')}, channel {step.place.channel}."
+        )
+    names = [step.chosen, *(one["effect"] for one in alternatives(step))]
+    return "; or ".join(introduced(step.explained, name) for name in names) + "."
+
+
+def _sure(step: Step) -> str:
+    if step.chosen is None:
+        unnamed = step.probability[UNNAMED]
+        return f"{chance(step)} The probability that it has no name is {unnamed:.2f}."
+    rest = "".join(f", {one['effect']} {one['probability']:.2f}" for one in alternatives(step))
+    names = f"Probability: {step.chosen} {step.probability[step.chosen]:.2f}{rest}."
+    if step.judged is None:
+        return f"{chance(step)} {names}"
+    gains = step.judged.gains
+    better = f"{int(np.sum(gains > 0.0))} of {len(gains)} left-out parts"
+    return f"{chance(step)} {names} {better} are predicted better with it."
+
+
+def _changed(step: Step) -> str:
+    """What one addition brought in and moved."""
+    if step.chosen is None or step.judged is None:
+        return "Something is left over that has no name."
+    one = step.refits[step.chosen]
+    values = {
+        label: interval(one.after, label)
+        for label in added_labels(one.after.hypothesis, step.chosen)
+    }
+    means = meanings(one.after.hypothesis)
+    brought = ", ".join(
+        f"{called(label, means[label])} = "
+        f"{median_and_interval((v['q05'], v['median'], v['q95']), v['unit'])}"
+        for label, v in values.items()
+    )
+    before, after = step.judged.gap
+    return (
+        f"{step.chosen} came in: {brought}. {told_moves(moves(one))} "
+        f"Gap {before:.4f} before, {after:.4f} after."
+    )
+
+
+def told_moves(moved: tuple[Moved, ...]) -> str:
+    """The numbers that moved farthest, one of each sort: kappa of one record, not of all."""
+    far = sorted((m for m in moved if abs(m.sds) >= 1.0), key=lambda m: -abs(m.sds))
+    if not far:
+        return "No quoted number moved by as much as its uncertainty."
+    sorts = {m.label.split("[")[0]: m for m in reversed(far)}
+    first = sorted(sorts.values(), key=lambda m: -abs(m.sds))[:TOLD_MOVES]
+    told = ", ".join(
+        f"{called(m.label, m.means)} from {significant(m.before, m.unit, 4)} to "
+        f"{significant(m.after, m.unit, 4)}"
+        for m in first
+    )
+    more = f", and {len(far) - len(first)} more" if len(far) > len(first) else ""
+    return f"Moved by more than its uncertainty: {told}{more}."
+
+
+def moves(one: Refit) -> tuple[Moved, ...]:
+    """How the quoted numbers moved when an effect was added."""
+    out, means = [], meanings(one.before.hypothesis)
+    for label in quoted(one.before.hypothesis):
+        before, after = interval(one.before, label), interval(one.after, label)
+        at = [fit.hypothesis.labels.index(label) for fit in (one.before, one.after)]
+        sd = float(np.sqrt(one.after.covariance[at[1], at[1]]))
+        size = abs(float(one.after.w[at[1]] - one.before.w[at[0]])) / sd
+        sds = float(np.copysign(size, after["median"] - before["median"]))
+        told = before["unit"], before["median"], after["median"], sds
+        out.append(Moved(label, means[label], *told))
+    return tuple(out)
+
+
+def _next(steps: tuple[Step, ...], extended: str | None) -> str:
+    parts = [f"To know which, take {s.next_record}." for s in steps if s.next_record is not None]
+    if extended is not None:
+        parts.append(
+            f"python -m rigid.fit {extended} samples the model with what was added and gives its "
+            "intervals."
+        )
+    else:
+        parts.append(
+            "The figure below shows what would have to be added; docs/own-effects.md says how to "
+            "write it as an effect of your own."
+        )
+    return " ".join(parts)
+
+
+def would_show(found: Explained) -> dict[str, str]:
+    """By effect: how far its number lies from absence at a strength of SHOWN, "F_C 12.3 N".
+
+    Where an effect has several shapes or places, at that of median size.
+    """
+    out = {}
+    for name in found.effects:
+        at = [
+            i
+            for i, one in enumerate(found.listed)
+            if one.effect.name == name and found.screening.size[i] > 1e-90
+        ]
+        if not at:
+            out[name] = "nothing shows"
+            continue
+        size = [SHOWN / found.screening.size[i] * abs(found.listed[i].level or 1.0) for i in at]
+        one = found.listed[at[0]]
+        info = next(i for i in one.effect.parameters() if one.amplitude in i.labels)
+        out[name] = f"{one.amplitude} {significant(float(np.median(size)), info.unit, 2)}"
+    return out

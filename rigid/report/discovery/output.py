@@ -1,0 +1,225 @@
+"""discovery.json of the contract, and the spec with what was found in it."""
+
+import dataclasses
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained
+from rigid.discovery.workflow import LIKELY, Judged, Outcome, Step
+from rigid.io.files import finite
+from rigid.likelihood.assemble import given_laws
+from rigid.likelihood.effect_lookup import effects_named, name_in_specs
+from rigid.likelihood.priors import AbstractLaw
+from rigid.localfit.hypothesis import Hypothesis
+from rigid.localfit.intervals import interval
+from rigid.localfit.leave_one_out import gap
+from rigid.spec import Spec
+
+SCHEMA = 1
+SPEC_NAME = "extended.toml"
+RULED_OUT = -20.0
+"""Log Bayes factor below which an effect is out of the question."""
+
+
+def added_labels(hypothesis: Hypothesis, name: str) -> list[str]:
+    """Labels of what an added effect brought in."""
+    effect = next(e for e in hypothesis.added if e.name == name)
+    mine = [label for info in effect.parameters() for label in info.labels]
+    return [label for label in mine if label in hypothesis.labels]
+
+
+def quoted(hypothesis: Hypothesis) -> list[str]:
+    """Labels of numbers that a user would quote: of the effects, and every record's flow."""
+    names = {
+        label
+        for effect in hypothesis.problem.effects
+        for info in effect.parameters()
+        for label in info.labels
+    }
+    return [
+        p.label
+        for p in hypothesis.parameters
+        if p.label in names or p.base in (*names, "kappa")
+    ]  # fmt: skip
+
+
+def as_dict(spec: Spec, outcome: Outcome, extended: Path | None) -> dict[str, Any]:
+    """What goes to discovery.json."""
+    return {
+        "schema": SCHEMA,
+        "verdict": outcome.verdict,
+        "simulated": spec.simulated,
+        "p_value": finite((outcome.steps[0].explained if outcome.steps else outcome.last).p_value),
+        "probabilities": outcome.steps[0].probability
+        if outcome.steps
+        else outcome.last_probability,
+        "steps": [_step(spec, step, extended) for step in outcome.steps],
+        "gap": {
+            "initial": finite(gap(outcome.base)),
+            "final": finite(gap(outcome.final)),
+            "floor": 1.0,
+        },
+        "rejected": rejected(outcome),
+    }
+
+
+def _step(spec: Spec, step: Step, extended: Path | None) -> dict[str, Any]:
+    where = step.place
+    out: dict[str, Any] = {
+        "where": {
+            "record": where.record.split(",")[0],
+            "cylinder": where.record.split(",")[1],
+            "channel": where.channel,
+            "time_s": list(where.time_s) if where.time_s else None,
+            "frequency_Hz": list(where.frequency_Hz) if where.frequency_Hz else None,
+            "equation": spec.model.equation(step.equation),
+        },
+        "effect": step.chosen,
+        "probability": finite(step.probability[step.chosen or UNNAMED]),
+        "alternatives": alternatives(step),
+    }
+    if step.chosen is None or step.judged is None:
+        return out | {
+            "parameters": {}, "moved": {}, "gap": None, "next_record": None, "spec": None
+        }  # fmt: skip
+    return out | _added(step, step.chosen, step.judged) | {"spec": str(extended)}
+
+
+def _added(step: Step, name: str, judged: Judged) -> dict[str, Any]:
+    """What an effect brought in, what it moved, and the gap before and after."""
+    one = step.refits[name]
+    difference, error = judged.elpd
+    return {
+        "parameters": {
+            label: interval(one.after, label) for label in added_labels(one.after.hypothesis, name)
+        },
+        "moved": {
+            label: {
+                "before": interval(one.before, label)["median"],
+                "after": interval(one.after, label)["median"],
+            }
+            for label in quoted(one.before.hypothesis)
+        },
+        "gap": {
+            "before": judged.gap[0],
+            "after": judged.gap[1],
+            "held_out_before": judged.left[0].gap,
+            "held_out_after": judged.left[1].gap,
+            "elpd_difference": difference,
+            "elpd_se": error,
+        },
+        "next_record": step.next_record,
+    }
+
+
+def alternatives(step: Step) -> list[dict[str, Any]]:
+    """Other explanations of a step that keep some probability, the likeliest first."""
+    rest = {
+        k: v
+        for k, v in step.probability.items()
+        if k not in (NOTHING, UNNAMED, step.chosen) and v > LIKELY
+    }
+    return [
+        {"effect": name, "probability": rest[name]} for name in sorted(rest, key=lambda k: -rest[k])
+    ]
+
+
+def rejected(outcome: Outcome) -> list[dict[str, str]]:
+    """Every effect that was not kept, and why."""
+    chosen = {step.chosen for step in outcome.steps}
+    first = outcome.steps[0].explained if outcome.steps else outcome.last
+    steps = outcome.steps
+    told = {a["effect"] for step in steps for a in alternatives(step)}
+    return [
+        {"effect": name, "why": _why(first, name, steps[0] if steps else None)}
+        for name in first.effects
+        if name not in chosen | told
+    ]
+
+
+def _why(found: Explained, name: str, step: Step | None) -> str:
+    number = found.best_of(name)
+    strength = float(found.screening.strength[number])
+    one = found.listed[number]
+    sides = np.sign(np.asarray(one.law.from_standard(np.array([-3.0, 3.0]))) - one.absent)
+    if abs(strength) > 3.0 and np.all(sides == -np.sign(strength)):
+        return f"the records ask for a sign that physics forbids (strength {strength:+.1f})"
+    if found.effects[name] < RULED_OUT:
+        return f"would be seen if it were there: strength {strength:+.1f} is all that shows"
+    if step is None or found.effects[name] < 0.0:
+        return (
+            f"explains nothing: strength {strength:+.1f}, log Bayes factor "
+            f"{found.effects[name]:.1f} against its absence"
+        )
+    best = step.chosen or "something hidden"
+    logs = step.refits[name].log_bayes if name in step.refits else found.effects[name]
+    return f"explains less than {best}: log Bayes factor {logs:.1f} against its absence"
+
+
+def extended_spec(spec: Spec, outcome: Outcome, folder: Path) -> str:
+    """Text of the spec with the effects that were found, its files named from `folder`.
+
+    Everything else stays as it was written, comments included.
+    """
+    text = spec.text.removeprefix("\ufeff")
+    given = effects_named(spec.model.effects, spec.path.parent, f"{spec.path} [model] effects")
+    every = (*given, *outcome.final.hypothesis.added)
+    listed = "".join(f'    "{name_in_specs(effect, folder)}",\n' for effect in every)
+    effects = f"effects = [\n{listed}]"
+    only = {k: v for k, v in outcome.final.hypothesis.only.items() if k not in spec.model.only}
+    if re.search(r"(?m)^effects\s*=\s*\[[^\]]*\]", text):
+        text = re.sub(r"(?m)^effects\s*=\s*\[[^\]]*\]", lambda _: effects, text, count=1)
+    elif re.search(r"(?m)^\[model\]\s*$", text):
+        text = re.sub(r"(?m)^\[model\]\s*$", lambda _: f"[model]\n{effects}", text, count=1)
+    else:
+        text = f"[model]\n{effects}\n\n{text}" if text.startswith("[") else _headed(text, effects)
+    if only:
+        pairs = ", ".join(f'{k} = "{v}"' for k, v in {**spec.model.only, **only}.items())
+        text = re.sub(r"(?m)^only\s*=.*\n", "", text)
+        text = text.replace(effects, f"{effects}\nonly = {{ {pairs} }}", 1)
+    laws = {k: v for k, v in outcome.final.hypothesis.given.items() if k not in given_laws(spec)}
+    return _with_files(with_laws(text, laws), spec, folder)
+
+
+def with_laws(text: str, laws: Mapping[str, AbstractLaw]) -> str:
+    """Put priors of what was added into a spec, by label."""
+    if not laws:
+        return text
+    lines = "".join(
+        f'"{label}" = {{ {law.name} = {{ '
+        + ", ".join(f"{f.name} = {float(getattr(law, f.name))!r}" for f in dataclasses.fields(law))
+        + " } }\n"
+        for label, law in laws.items()
+    )
+    header = re.search(r"(?m)^\[\s*priors\s*\].*\n", text)
+    if header:
+        return text[: header.end()] + lines + text[header.end() :]
+    return f"{text.rstrip()}\n\n[priors]\n{lines}"
+
+
+def _headed(text: str, effects: str) -> str:
+    """Put a table of the model before the first table of a spec."""
+    at = re.search(r"(?m)^\[", text)
+    cut = at.start() if at else len(text)
+    return f"{text[:cut]}[model]\n{effects}\n\n{text[cut:]}"
+
+
+def _with_files(text: str, spec: Spec, folder: Path) -> str:
+    """Name the records' files from another folder."""
+    here = spec.path.resolve().parent
+
+    def moved(match: re.Match[str]) -> str:
+        path = (here / match["name"]).resolve()
+        return f'{match["key"]}"{Path(_relative(path, folder.resolve())).as_posix()}"'
+
+    return re.sub(r'(?m)^(?P<key>\s*(?:file|posterior)\s*=\s*)"(?P<name>[^"]+)"', moved, text)
+
+
+def _relative(path: Path, folder: Path) -> str:
+    import os.path
+
+    return os.path.relpath(path, folder)

@@ -1,0 +1,205 @@
+"""From the outcome of discovery to what its section of the page shows."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rigid import __version__
+from rigid.discovery.weighing.explain import (
+    NOTHING,
+    PRIOR_NOTHING,
+    PRIOR_UNNAMED,
+    UNNAMED,
+    Explained,
+)
+from rigid.discovery.weighing.odds import MIMICS
+from rigid.discovery.workflow import Judged, Outcome, Step
+from rigid.localfit.leave_one_out import gap
+from rigid.report.discovery.compared import Compared, sentence, shown, table
+from rigid.report.discovery.lead import SHOWN, chance, lead, moves, ruling, share, would_show
+from rigid.report.discovery.residuals import against, residuals
+from rigid.report.discovery.section import DiscoveryContent, StepContent
+from rigid.report.discovery.shown import hidden_shown
+from rigid.report.discovery.words import introduced, meanings
+from rigid.spec import Spec
+
+TOLD_ODDS = 8
+LEAST_APART = 0.8
+
+
+class Run(NamedTuple):
+    """What goes with a run of the model against records.
+
+    - `seed`. - `notes`: what was dropped on reading. - `compared`: where it disagrees with them.
+    """
+
+    seed: int
+    notes: tuple[str, ...]
+    compared: Compared
+
+
+def content(spec: Spec, outcome: Outcome, made: dict[str, Any], run: Run) -> DiscoveryContent:
+    """Gather the section; `made` is what goes to discovery.json."""
+    first = outcome.steps[0].explained if outcome.steps else outcome.last
+    names, cosines = told_apart(first)
+    from_on = would_show(first)
+    return DiscoveryContent(
+        title=spec.title or spec.path.stem,
+        simulated=spec.simulated,
+        verdict=outcome.verdict,
+        ruling=ruling(outcome),
+        lead=lead(outcome, next((one["spec"] for one in made["steps"] if one["spec"]), None)),
+        steps=tuple(
+            _step(number, step, told, outcome)
+            for number, (step, told) in enumerate(
+                zip(outcome.steps, made["steps"], strict=True), start=1
+            )
+        ),
+        where=(sentence(run.compared), table(made["disagreements"])),
+        compared=shown(run.compared),
+        bets=bets(),
+        ending=_ending(outcome),
+        notes=run.notes,
+        names=names,
+        cosines=cosines,
+        pairs=_pairs(names, cosines),
+        rejected=tuple(
+            (one["effect"], one["why"], from_on[one["effect"]]) for one in made["rejected"]
+        ),
+        shown=SHOWN,
+        command=f"python -m rigid.discover {spec.path.stem}",
+        version=__version__,
+        seed=run.seed,
+    )
+
+
+def told_apart(found: Explained) -> tuple[tuple[str, ...], np.ndarray]:
+    """Names of the effects and the cosines of the traces of the best candidate of each."""
+    names = tuple(
+        name for name in found.effects if found.screening.size[found.best_of(name)] > 1e-90
+    )
+    at = np.array([found.best_of(name) for name in names], dtype=int)
+    return names, found.screening.cosines[np.ix_(at, at)]
+
+
+def _pairs(names: tuple[str, ...], cosines: np.ndarray) -> tuple[str, ...]:
+    out = []
+    for i in range(len(names)):
+        for j in range(i):
+            if abs(cosines[i, j]) > LEAST_APART:
+                out.append(
+                    f"{names[j]} and {names[i]}: cosine {cosines[i, j]:.2f}; a strength of "
+                    f"{_needed(abs(cosines[i, j])):.0f} is needed to tell them apart in 19 of 20."
+                )
+    return tuple(out)
+
+
+def _needed(cosine: float) -> float:
+    """Strength s at which s sqrt((1 - c)/2) is 1.64."""
+    return 1.64 / float(np.sqrt(max(0.5 * (1.0 - cosine), 1e-6)))
+
+
+def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> StepContent:
+    name = step.chosen or "something that no effect explains"
+    worded = introduced(step.explained, name)
+    sentences = [
+        *([f"{worded}."] if worded != name else []),
+        _shows(told["where"]),
+        f"{chance(step)} All that was tried is counted.",
+    ]
+    if step.judged is not None:
+        sentences.append(
+            f"{_left_out(step.judged)} A placebo, an effect with another trace, explains "
+            f"{100 * step.placebo:.0f} % as much."
+        )
+    hidden = hidden_shown(step, outcome) if step.chosen is None else None
+    if hidden is not None:
+        by = "" if hidden.groups else f" over {hidden.variable}, in SI units"
+        sentences.append(f"What explains most: {hidden.name}{by}: {hidden.words}.")
+    if step.next_record:
+        sentences.append(f"The record that would tell most: {step.next_record}.")
+    means = {} if step.chosen is None else meanings(step.refits[step.chosen].after.hypothesis)
+    return StepContent(
+        heading=f"Step {number}: {name}",
+        sentences=tuple(sentences),
+        odds=_odds(step),
+        parameters=tuple(
+            (k, means[k], v["unit"], v["q05"], v["median"], v["q95"])
+            for k, v in told["parameters"].items()
+        ),
+        moved=() if step.chosen is None else moves(step.refits[step.chosen]),
+        gaps=_gaps(told["gap"]),
+        against=against(step),
+        residuals=residuals(step),
+        hidden=hidden,
+    )
+
+
+def _shows(where: dict[str, Any]) -> str:
+    """Where it shows most, and in which equation."""
+    time, lines = where["time_s"], where["frequency_Hz"]
+    return (
+        f"It shows most in record {where['record']} on cylinder {where['cylinder']}, channel "
+        f"{where['channel']}"
+        + (f", from {time[0]:.2f} to {time[1]:.2f} s" if time else "")
+        + (f", a line of {lines[0]:.4g} to {lines[1]:.4g} Hz" if lines else "")
+        + f". Equation: {where['equation']}."
+    )
+
+
+def _left_out(judged: Judged) -> str:
+    """What parts of the records say of it that were left out of the fit and predicted."""
+    gains = judged.gains
+    difference, error = judged.elpd
+    return (
+        f"Left out of the fit in turn, {int(np.sum(gains > 0.0))} of {len(gains)} parts of the "
+        f"records are predicted better with it (log predictive density {difference:+.1f} in all, "
+        f"standard error {error:.1f})."
+    )
+
+
+def _odds(step: Step) -> tuple[tuple[str, float, float, str], ...]:
+    logs = {NOTHING: 0.0, UNNAMED: step.explained.unnamed} | step.explained.effects
+    logs |= {name: one.log_bayes for name, one in step.refits.items()}
+    ranked = sorted(step.probability, key=lambda k: -step.probability[k])[:TOLD_ODDS]
+    words = {NOTHING: "nothing is missing", UNNAMED: "something else"}
+    return tuple(
+        (
+            words.get(name, name),
+            step.probability[name],
+            logs[name],
+            "full fit" if name in step.refits else "" if name == NOTHING else "screening",
+        )
+        for name in ranked
+    )
+
+
+def _gaps(told: dict[str, float] | None) -> tuple[tuple[str, str, str], ...]:
+    if told is None:
+        return ()
+    return (
+        ("fitted records", f"{told['before']:.4f}", f"{told['after']:.4f}"),
+        ("left-out parts", f"{told['held_out_before']:.4f}", f"{told['held_out_after']:.4f}"),
+    )
+
+
+def bets() -> str:
+    """What one would bet before any record, and that what looks like an effect may be none."""
+    effects = 1.0 - PRIOR_NOTHING - PRIOR_UNNAMED
+    like = 1.0 + effects / (MIMICS * PRIOR_UNNAMED)
+    return (
+        f'Before, one bets {PRIOR_NOTHING:.2f} on "nothing is missing", {effects:.2f} on all '
+        f"effects together and {PRIOR_UNNAMED:.2f} on something else. Of all that looks like an "
+        f"effect, one in {like:.0f} is taken to be something else that no record can tell from it."
+    )
+
+
+def _ending(outcome: Outcome) -> tuple[str, ...]:
+    last = outcome.last
+    left = (
+        f"With what was added, the gap is {gap(outcome.final):.4f} (1 is the floor); as much as is "
+        f"left over is found in {share(last.p_value)} of campaigns in which nothing is missing."
+    )
+    if not outcome.steps:
+        left = f"The gap is {gap(outcome.final):.4f} (1 is the floor); nothing was added."
+    return (left,)

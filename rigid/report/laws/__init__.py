@@ -1,0 +1,1 @@
+"""The comparison of friction models: files, terminal, page."""

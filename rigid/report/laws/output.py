@@ -1,0 +1,117 @@
+"""laws.json and laws.csv: how the laws of friction stand."""
+
+import csv
+import io
+from typing import Any
+
+from rigid.effects import CATALOGUE
+from rigid.friction.comparison import CANNOT_TELL, Comparison, Standing
+from rigid.friction.prior_widths import AS_STATED
+from rigid.io.files import finite
+from rigid.localfit.intervals import interval
+from rigid.localfit.leave_one_out import gap
+from rigid.localfit.next_record import Proposal
+from rigid.localfit.trust_region import promised
+from rigid.report.usability import MOST_GAP
+from rigid.spec import Spec
+
+SCHEMA = 1
+
+
+def as_dict(spec: Spec, found: Comparison, further: Proposal | None, seed: int) -> dict[str, Any]:
+    """What goes to laws.json; log evidences and densities are differences to the first law."""
+    left_over = gap(found.first.local)
+    return {
+        "schema": SCHEMA,
+        "spec": spec.path.name,
+        "simulated": spec.simulated,
+        "usable": bool(left_over <= MOST_GAP),
+        "verdict": found.verdict,
+        "law": found.first.law.name if found.verdict != CANNOT_TELL else None,
+        "first": found.first.law.name,
+        "tied": [one.law.name for one in found.tied],
+        "next_record": None
+        if further is None
+        else {"record": further.words, "apart": finite(further.apart)},
+        "gap": finite(left_over),
+        "laws": [_law(one, found) for one in found.standings],
+        "seed": seed,
+    }
+
+
+def _law(one: Standing, found: Comparison) -> dict[str, Any]:
+    first = found.first
+    return {
+        "law": one.law.name,
+        "words": one.law.words,
+        "effects": list(one.law.effects),
+        "log_evidence": finite(one.evidence[AS_STATED] - first.evidence[AS_STATED]),
+        "log_evidence_error": finite(one.odds_error),
+        "log_evidence_laplace": finite(one.local.log_evidence - first.local.log_evidence),
+        "probability": finite(one.probability[AS_STATED]),
+        "priors": {
+            name: {
+                "log_evidence": finite(one.evidence[name] - first.evidence[name]),
+                "probability": finite(one.probability[name]),
+            }
+            for name in one.evidence
+        },
+        "elpd_difference": finite(one.elpd),
+        "elpd_error": finite(one.error),
+        "elpd_expected": finite(one.expected),
+        "tied": one.tied,
+        "records": [
+            {
+                "record": part,
+                "elpd_difference": finite(float(difference)),
+                "elpd_error": finite(float(error)),
+                "refitted": bool(refitted),
+            }
+            for part, difference, error, refitted in zip(
+                found.parts, one.difference, one.errors, one.left.refitted, strict=True
+            )
+        ],
+        "gap": finite(gap(one.local)),
+        "short_of_top": finite(promised(one.local)),
+        "parameters": {label: interval(one.local, label) for label in own_labels(one)},
+    }
+
+
+def own_labels(one: Standing) -> list[str]:
+    """Labels of a law's uncertain numbers of friction, the viscous coefficient's among them."""
+    names = {
+        label
+        for name in one.law.effects
+        for info in CATALOGUE[name].parameters()
+        for label in info.labels
+    }
+    return [label for label in one.local.hypothesis.labels if label in names]
+
+
+COLUMNS = (
+    "law", "log_evidence", "log_evidence_error", "probability", "elpd_difference", "elpd_error",
+    "tied",
+)  # fmt: skip
+
+
+def as_csv(made: dict[str, Any]) -> str:
+    """What goes to laws.csv, a row a law.
+
+    After COLUMNS: the probability under every width of the priors, and what every left-out record
+    says.
+    """
+    first = made["laws"][0]
+    priors = list(first["priors"])
+    records = [one["record"] for one in first["records"]]
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow([*COLUMNS, *(f"probability, {p}" for p in priors), *records])
+    for law in made["laws"]:
+        writer.writerow(
+            [
+                *(law[name] for name in COLUMNS),
+                *(law["priors"][p]["probability"] for p in priors),
+                *(one["elpd_difference"] for one in law["records"]),
+            ]
+        )
+    return text.getvalue()

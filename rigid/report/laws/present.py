@@ -1,0 +1,122 @@
+"""From the comparison of laws to what its section of the page shows."""
+
+from typing import Any
+
+import numpy as np
+
+from rigid import __version__
+from rigid.discovery.weighing.verdict import PARTED
+from rigid.friction.comparison import CANNOT_TELL, DECIDED, MOST_APART, TIED
+from rigid.localfit.scatter import CAMPAIGNS
+from rigid.plots.laws import LawShown
+from rigid.report.laws.section import LawsContent
+from rigid.spec import Spec
+
+
+def content(spec: Spec, made: dict[str, Any]) -> LawsContent:
+    """Gather the section; `made` is what goes to laws.json."""
+    laws = made["laws"]
+    return LawsContent(
+        title=spec.title or spec.path.stem,
+        simulated=spec.simulated,
+        settled=made["usable"] and made["verdict"] != CANNOT_TELL,
+        ruling=ruling(made),
+        notes=notes(made),
+        laws=tuple(
+            (
+                one["words"],
+                one["log_evidence"],
+                one["log_evidence_error"],
+                one["probability"],
+                one["elpd_difference"],
+                one["elpd_error"],
+                one["tied"],
+            )
+            for one in laws
+        ),
+        priors=tuple(laws[0]["priors"]),
+        chances=tuple(
+            (one["words"], tuple(p["probability"] for p in one["priors"].values())) for one in laws
+        ),
+        parameters=tuple(
+            (one["words"], label, v["unit"], v["q05"], v["median"], v["q95"])
+            for one in laws
+            for label, v in one["parameters"].items()
+        ),
+        shown=tuple(_shown(one) for one in laws),
+        records=tuple(one["record"] for one in laws[0]["records"]),
+        command=f"python -m rigid.laws {spec.path.stem}",
+        version=__version__,
+        seed=made["seed"],
+    )
+
+
+def _shown(one: dict[str, Any]) -> LawShown:
+    return LawShown(
+        one["words"],
+        np.array([p["log_evidence"] for p in one["priors"].values()]),
+        np.array([r["elpd_difference"] for r in one["records"]]),
+        np.array([r["elpd_error"] for r in one["records"]]),
+    )
+
+
+def ruling(made: dict[str, Any]) -> str:
+    """The verdict in a sentence."""
+    first, names = made["laws"][0], _names(made)
+    if not made["usable"]:
+        return (
+            f"No law explains the records: the best, {first['words']}, leaves a gap of "
+            f"{made['gap']:.2f} (1 is the floor)."
+        )
+    if made["verdict"] == CANNOT_TELL:
+        return f"These records cannot tell: {first['words']}, or {names}."
+    told = f"{first['words']} friction (probability {first['probability']:.2f})"
+    if made["verdict"] == TIED:
+        return f"{told}. The records do not need the larger {names}."
+    return f"{told}; no other law is tied with it."
+
+
+def _names(made: dict[str, Any]) -> str:
+    return ", ".join(one["words"] for one in made["laws"] if one["tied"])
+
+
+def notes(made: dict[str, Any]) -> tuple[str, ...]:
+    """Sentences on how to read the tables."""
+    out = [
+        "Evidence is the probability of the records under a law, its numbers integrated over their "
+        "priors; every law counts as much before the records. The predictive density is that of "
+        "each record by a fit to all others, its own flow or preload integrated over.",
+        f"Errors are what a difference scatters by in {CAMPAIGNS} simulated campaigns of either "
+        f"law. Tied: predictive density not below the first's by its error nor by {MOST_APART:g}. "
+        "A larger law that is tied is not needed where the odds against it are above "
+        f"{np.exp(DECIDED):.0f} whatever is done to the priors of its amplitudes.",
+    ]
+    if made["next_record"] is not None:
+        record = made["next_record"]
+        parts = "would part" if record["apart"] > PARTED else "would help most, but not part,"
+        out.append(
+            f"The record that {parts} the first law and the likeliest of those tied with it: "
+            f"{record['record']} ({record['apart']:.1f}; {PARTED} parts two in 19 of 20)."
+        )
+    refitted = sum(r["refitted"] for one in made["laws"] for r in one["records"])
+    if refitted:
+        out.append(f"{refitted} of the left-out predictions rest on a fit of their own.")
+    return tuple(out)
+
+
+def table(made: dict[str, Any]) -> str:
+    """The result as a table for the terminal."""
+    lines = [
+        f"verdict: {made['verdict']}. {ruling(made)}",
+        f"{'law':34}{'ln evidence':>18}{'probability':>13}{'left-out density':>20}",
+    ]
+    for one in made["laws"]:
+        lines.append(
+            f"{one['words']:34}{one['log_evidence']:10.1f} +- {one['log_evidence_error']:<5.1f}"
+            f"{one['probability']:12.3f}{one['elpd_difference']:12.1f} +- {one['elpd_error']:<5.1f}"
+            f"{'tied' if one['tied'] else ''}".rstrip()
+        )
+    if made["next_record"] is not None:
+        record = made["next_record"]
+        lines.append(f"next record: {record['record']} ({record['apart']:.1f}; {PARTED} parts two)")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,1 @@
+"""The fit of published numbers: files, terminal, page."""

@@ -1,0 +1,83 @@
+"""Exponential integrator: step matrices that lead through oscillations and stiffness.
+
+A step is y + Phi(h) f(y) with Phi(h) = integral of exp(A s) ds from 0 to h and A the Jacobian of
+the rig's own equations; it is exact for a linear rig under constant flow. Source: Hochbruck and
+Ostermann 2010, Acta Numerica 19, exponential Rosenbrock methods.
+
+Arrays carry the walkers on their last axis: every operation is elementwise over it.
+"""
+
+from collections.abc import Sequence
+from functools import reduce
+from operator import add
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from rigid.physics.rig import Rig, Surroundings
+
+DOUBLINGS = 12
+TAYLOR_DEGREE = 8
+"""4,096 sub-steps a sample keep the Taylor remainder below 1e-11 up to mu = 5e6 N s/m."""
+
+
+def product(left: Array, right: Array) -> Array:
+    """Matrix product over the first two axes, elementwise over the rest."""
+    return reduce(add, (left[:, j, None] * right[None, j] for j in range(left.shape[1])))
+
+
+def apply(matrix: Array, vector: Array) -> Array:
+    """Matrix times vector over the first axes, elementwise over the rest."""
+    return reduce(add, (matrix[:, j] * vector[j] for j in range(matrix.shape[1])))
+
+
+def mean_growth(exponent: Array) -> Array:
+    """(exp(x) - 1)/x, the mean of exp(s x) over s from 0 to 1; 1 at x = 0."""
+    safe = jnp.where(jnp.abs(exponent) < 1e-8, 1.0, exponent)
+    return jnp.where(jnp.abs(exponent) < 1e-8, 1.0 + 0.5 * exponent, jnp.expm1(safe) / safe)
+
+
+def jacobian(rig: Rig, outside: Surroundings, column: Array) -> Array:
+    """Derivative of the rates by the state at rest, shape (n, n, *column.shape)."""
+    n = len(rig.scales)
+    rest = jnp.zeros((n, *jnp.broadcast_shapes(column.shape, rig.column.shape)))
+
+    def rates(flat: Array) -> Array:
+        moved = rig.motion(flat, outside, column).rates
+        return jnp.stack([jnp.broadcast_to(r, rest.shape[1:]) for r in moved])
+
+    def along(i: Array) -> Array:
+        return jax.jvp(rates, (rest,), (rest.at[i].set(1.0),))[1]
+
+    return jnp.moveaxis(jax.vmap(along)(jnp.arange(n)), 0, 1)
+
+
+def step_matrix(
+    matrix: Array, length: Array | float, scales: Sequence[float], doublings: int = DOUBLINGS
+) -> Array:
+    """Phi(h), the integral of exp(A s) over s from 0 to h, by Taylor series and doubling.
+
+    - `matrix` (n, n, ...) [1/s]: A. - `length` [s]: h, broadcasts over the trailing axes.
+    - `scales` (n,): typical sizes of the states; without them the products overflow the precision.
+    - `doublings`: fewer serve a step that is shorter than a sample.
+    """
+    shape = (len(scales), 1) + (1,) * (matrix.ndim - 2)
+    scale = jnp.asarray(scales).reshape(shape)
+    unscale = jnp.moveaxis(scale, 0, 1)
+    balanced = matrix * unscale / scale
+    small = jnp.asarray(length) / 2**doublings
+    unit = jnp.eye(len(scales)).reshape((len(scales),) * 2 + (1,) * (matrix.ndim - 2))
+    tiny = balanced * small
+
+    def horner(k: Array, series: Array) -> Array:
+        return unit + product(tiny, series) / (TAYLOR_DEGREE + 1 - k)
+
+    series = jax.lax.fori_loop(0, TAYLOR_DEGREE, horner, unit + jnp.zeros_like(tiny))
+    phi = jax.lax.fori_loop(0, doublings, lambda _, p: doubled(balanced, p), series * small)
+    return phi * scale / unscale
+
+
+def doubled(matrix: Array, phi: Array) -> Array:
+    """Phi(2h) from Phi(h)."""
+    return 2.0 * phi + product(phi, product(matrix, phi))
