@@ -213,7 +213,7 @@ def test_a_damaged_file_is_refused(tmp_path):
 HOLDS = """
 import sys, time
 sys.path.insert(0, {root!r})
-from rigid.files import locked
+from rigid.io.files import locked
 with locked({directory!r}):
     print("held", flush=True)
     time.sleep(60)

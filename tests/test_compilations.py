@@ -96,7 +96,7 @@ def test_the_count_sees_batches_of_changing_shape(problem):
 
 COUNTED = """
 import json
-from rigid.runtime import prepare
+from rigid.io.runtime import prepare
 prepare()
 import equinox as eqx
 import jax
@@ -117,9 +117,9 @@ print(json.dumps({"asked": asked, "hits": len(hits)}))
 
 FIT = """
 from rigs import release_problem
-from rigid.calibrate import propose
-from rigid.outcome import evaluations, frictions, values_of
-from rigid.search import search
+from rigid.inference.calibrate import propose
+from rigid.inference.derived import evaluations, frictions, values_of
+from rigid.inference.search import search
 from test_compilations import batched, short_run
 found = search(release_problem({}, samples=64), 2, 1)
 propose(found, np.random.default_rng(1))
