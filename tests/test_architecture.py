@@ -14,10 +14,10 @@ DOCUMENT = PACKAGE.parent / "docs" / "architecture.md"
 
 # A room may import only rooms of the lines above its own, and itself.
 LAYERS = (
-    ("io", "effects", "plots"),
-    ("physics", "spec"),
+    ("io", "kinds", "plots"),
+    ("effects", "spec"),
+    ("physics", "records"),
     ("solve",),
-    ("records",),
     ("likelihood",),
     ("inference",),
     ("localfit",),

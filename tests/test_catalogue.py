@@ -396,6 +396,7 @@ from the classes by `python tests/test_catalogue.py`; a test holds it to them.
 *Steady* effects leave the Jacobian of the motion as it is at rest, so that a rig of them alone
 takes the long steps of `rigid/solve/slow.py`; any other goes by the short steps of
 `rigid/solve/staggered.py`.
+*Slow* records are all that follow a programme of the valve: frames, free runs, field tests.
 *Absent at* is the value at which the effect is not there.
 """
 PAGE = Path(__file__).parents[1] / "docs" / "catalogue.md"

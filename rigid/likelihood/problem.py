@@ -82,7 +82,7 @@ class Problem(eqx.Module):
     @property
     def of_the_rig(self) -> bool:
         """Whether a record is of the rig; motions alone may be those of any machine."""
-        return any(t.kind != "motion" for t in self.tracks)
+        return any(t.of.of_the_rig() for t in self.tracks)
 
     @property
     def sensors(self) -> tuple[str, ...]:

@@ -61,7 +61,7 @@ class HiddenFlow(AbstractEffect):
     equation: ClassVar[str] = "oil-balance"
     source: ClassVar[str] = "latent force; Alvarez, Luengo and Lawrence 2009, AISTATS 5, 9-16"
     steady: ClassVar[bool] = True
-    kinds: ClassVar[tuple[str, ...] | None] = ("frame", "free-run", "field", "release")
+    kinds: ClassVar[tuple[str, ...] | None] = ("slow", "release")
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the flow, as a leakage of the other sign."""
@@ -80,7 +80,7 @@ class HiddenDrag(AbstractEffect):
     equation: ClassVar[str] = "cylinder-momentum"
     source: ClassVar[str] = "latent force; Alvarez, Luengo and Lawrence 2009, AISTATS 5, 9-16"
     steady: ClassVar[bool] = True
-    kinds: ClassVar[tuple[str, ...] | None] = ("frame", "free-run", "field", "release")
+    kinds: ClassVar[tuple[str, ...] | None] = ("slow", "release")
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the force over time or over the speed of the cylinder."""
@@ -101,7 +101,7 @@ class HiddenSpring(AbstractEffect):
     equation: ClassVar[str] = "load-cell"
     source: ClassVar[str] = "latent force; Alvarez, Luengo and Lawrence 2009, AISTATS 5, 9-16"
     steady: ClassVar[bool] = True
-    kinds: ClassVar[tuple[str, ...] | None] = ("frame", "free-run", "field", "release")
+    kinds: ClassVar[tuple[str, ...] | None] = ("slow", "release")
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the force over time or over the displacement of the cylinder."""

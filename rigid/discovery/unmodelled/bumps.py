@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rigid.kinds import kinds_with
 from rigid.localfit.families import Family
 from rigid.localfit.hidden_inputs import BY_KIND
 from rigid.localfit.local import Local
@@ -111,13 +112,13 @@ def _simulated(local: Local, steady: Family, jobs: list[Job]) -> Iterator[Bumps]
 def _over_time(local: Local) -> Iterator[Job]:
     """Bumps over the time of each record."""
     layout = local.layout
-    spans = {}
+    spans, released = {}, kinds_with("release")
     for channel in layout.channels:
         rows = layout.read & (layout.track == layout.tracks.index(channel.track))
         span = float(np.ptp(layout.time[rows])) if rows.any() else 0.0
         spans[channel.track] = (channel.kind, span)
     for release, count in ((False, SLOW_BUMPS), (True, RELEASE_BUMPS)):
-        tracks = tuple(t for t, (kind, _) in spans.items() if (kind == "release") == release)
+        tracks = tuple(t for t, (kind, _) in spans.items() if (kind in released) == release)
         if not tracks:
             continue
         span = RELEASE_SPAN if release else max(spans[t][1] for t in tracks)

@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from rigid.discovery.unmodelled.bumps import Bumps, Target, together
+from rigid.kinds import KINDS
 from rigid.localfit.local import Local
 from rigid.localfit.samples import Channel
 from rigid.localfit.signature import reads
@@ -22,8 +23,8 @@ WAVING = {
     "load": ("load", "sensor"),
 }
 """What a wave in a channel is taken for: a gauge does not feel the stroke, the plunger does."""
-KIND = "free-run"
-"""Records long enough for waves; in a frame a plunger hardly moves."""
+FREELY = {"slow", "free"}
+"""Traits of the records long enough for waves; in a frame a plunger hardly moves."""
 SHORTEST = 1e-3
 """Length [m] below which no wave is looked for: what a stroke sensor tells apart."""
 LEAST_WAVES = 4.0
@@ -91,7 +92,7 @@ def _over_stroke(local: Local, channel: Channel) -> tuple[np.ndarray, np.ndarray
     layout = local.layout
     own = layout.channels.index(channel)
     strokes = [i for i, c in enumerate(layout.channels) if c[:3] == (*channel[:2], "stroke")]
-    if channel.kind != KIND or not strokes:
+    if not KINDS[channel.kind].traits() >= FREELY or not strokes:
         return None
     rows = np.flatnonzero((layout.channel == own) & layout.read)
     at = layout.channel == strokes[0]
