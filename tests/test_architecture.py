@@ -31,6 +31,7 @@ FLOORS, ROOMS = 10, 25
 # The same inside a room that has rooms of its own.
 WITHIN = {
     "discovery": (
+        ("fitted",),
         ("unmodelled",),
         ("weighing",),
         ("disagreement", "refit"),
