@@ -31,6 +31,7 @@ FLOORS, ROOMS = 10, 25
 # The same inside a room that has rooms of its own.
 WITHIN = {
     "discovery": (
+        ("fitted",),
         ("unmodelled",),
         ("weighing",),
         ("disagreement", "refit"),
@@ -176,7 +177,12 @@ def light_package(tree: ast.AST, path: Path, package: Path) -> Iterator[str]:
 def statistics_name_no_effect(tree: ast.AST, path: Path, package: Path) -> Iterator[str]:
     if not STATISTICS & {room_of(path, package), path.relative_to(package).as_posix()}:
         return
-    stems = {p.stem for p in (package / "effects").glob("*.py")} - {"__init__", "base", "declare"}
+    stems = {p.stem for p in (package / "effects").glob("*.py")} - {
+        "__init__",
+        "__main__",
+        "base",
+        "declare",
+    }
     for number, text in enumerate(path.read_text("utf-8").splitlines(), start=1):
         letters = re.sub(r"[-_]", "", text).lower()
         for stem in sorted(stems):
