@@ -11,7 +11,7 @@ from scipy.special import logsumexp
 from rigid.discovery.fitted import Fitted
 from rigid.discovery.signatures import laid_out
 from rigid.discovery.unmodelled.waves import FINER, Wave, waves
-from rigid.discovery.weighing.explain import best_waves
+from rigid.discovery.weighing.explain import Bundled, best_waves
 from rigid.discovery.workflow import weigh
 from rigid.effects import CATALOGUE
 from rigid.io.cache import Shelf
@@ -97,7 +97,7 @@ def test_a_wave_is_counted_for_the_share_of_lengths_that_it_stands_for():
         information = columns.T @ (columns * local.terms.bend[:, None])
         bundle = Bundle(np.arange(mine.sum()), information)
         drawn = np.zeros((4000, mine.sum()))
-        best_waves(drawn, ((target, bundle),), 5)
+        best_waves(drawn, (Bundled(target, bundle),), 5)
         assert _mean_log(bundle, drawn, target) < np.log(1.5)
         careless = dataclasses.replace(target, log_share=0.0)
         assert _mean_log(bundle, drawn, careless) > np.log(3.0)
