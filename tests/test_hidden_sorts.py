@@ -42,7 +42,7 @@ def test_straight_things_have_the_traces_of_their_shapes():
 
 def test_a_constant_is_there_once_and_only_what_turns_has_a_sign():
     over = [bumped(STATE, Input("force", v), GAIN) for v in ("pressure", "speed")]
-    forms = [(t.over.name, t.form) for one in straight(together(over)) for t in one.target]
+    forms = [(t.about.over.name, t.form) for one in straight(together(over)) for t in one.target]
     assert forms == [
         ("pressure", "constant"),
         ("pressure", "proportional"),
@@ -86,10 +86,10 @@ def test_constants_shift_between_the_kinds_in_which_they_act():
     design[20:, 2] = 0.0  # the frame's stiffness acts in its own tests alone
     design[20:40, 1] = 0.0
     found = found_in(design, kinds, labels)
-    assert dict.fromkeys((t.kind, t.equation) for t in found.target) == dict.fromkeys(
+    assert dict.fromkeys((t.kind, t.about.equation) for t in found.target) == dict.fromkeys(
         [("k_oil", "oil-balance"), ("L_0", "oil-balance"), ("mu_branch[1]", "plunger-momentum")]
     )
-    assert all(t.over.name == "kind of record" and t.sort == "shift" for t in found.target)
+    assert all(t.about.over.name == "kind of record" and t.sort == "shift" for t in found.target)
     assert list(found.centre) == [0, 1, 2, 0, 2, 0, 1, 2]
     np.testing.assert_array_equal(found.columns[:, :3].sum(axis=1), design[:, 0])
     np.testing.assert_array_equal(found.columns[:20, 0], design[:20, 0])
@@ -163,7 +163,7 @@ def test_odds_of_three_come_by_chance_in_fewer_than_one_campaign_of_three():
 
 def test_a_constant_that_shifts_is_seen_and_was_not_without():
     hidden, design = everything()
-    at = [i for i, t in enumerate(hidden.target) if t.name == "k_oil"][1]
+    at = [i for i, t in enumerate(hidden.target) if t.about.name == "k_oil"][1]
     change = hidden.columns[:, at] * 8.0 / np.linalg.norm(hidden.columns[:, at])
     with_them = believed(hidden, design, change, 200)
     others = np.array([t.sort != "shift" for t in hidden.target])

@@ -83,8 +83,10 @@ class TestEverySort:
 
     def test_it_says_what_it_is(self, sort, everything):
         for one in {one for one in everything.target if type(one) is sort}:
-            assert one.equation in EQUATIONS
-            assert all((one.name, one.unit, one.over.name, one.over.unit, one.prior_class))
+            about = one.about
+            assert about.equation in EQUATIONS
+            assert all((about.name, about.unit, about.over.name, about.over.unit))
+            assert one.prior_class
             assert one.pooled is None or one.pooled.pooled is None
 
     def test_it_is_read_from_the_shelf_as_it_was_put_there(self, sort, everything):
@@ -140,7 +142,7 @@ from typing import ClassVar
 import numpy as np
 
 from rigid.discovery.fitted import Fitted
-from rigid.discovery.unmodelled.base import AbstractHidden, Bumps, none, together
+from rigid.discovery.unmodelled.base import About, AbstractHidden, Bumps, none, together
 from rigid.localfit.hidden_inputs import Abscissa
 
 BAR_PER_MINUTE, POND = 1e5 / 60.0, 9.80665e-3
@@ -154,10 +156,11 @@ class Creep(AbstractHidden):
     cylinder: str
 
     sort: ClassVar[str] = "creep"
-    equation: ClassVar[str] = "sensor"
-    name: ClassVar[str] = "creep of the load cell"
-    unit: ClassVar[str] = "pond"
-    over: ClassVar[Abscissa] = Abscissa("rate of the pressure", "bar/min", "r")
+
+    @property
+    def about(self) -> About:
+        over = Abscissa("rate of the pressure", "bar/min", "r")
+        return About("sensor", "creep of the load cell", "pond", over)
 
     @classmethod
     def signatures(cls, fit: Fitted, earlier: Bumps) -> Bumps:

@@ -69,7 +69,7 @@ def test_a_rough_bore_is_found_with_its_length():
     bench = laid_out(Fitted(local, programs), CHOICE, Shelf())
     explained = weigh(local, bench, 1)
     target, bundle = explained.likeliest
-    assert (target.of.kind, target.equation) == ("force", "plunger-momentum")
+    assert (target.of.kind, target.about.equation) == ("force", "plunger-momentum")
     span = 0.2  # m, at least, of stroke in each record
     assert target.period == pytest.approx(LENGTH, abs=LENGTH**2 / (FINER * span))
     mean, covariance = bundle.amplitudes(explained.screening.slope)

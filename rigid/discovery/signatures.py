@@ -44,7 +44,10 @@ def hidden_signatures(fit: Fitted, sorts: Iterable[type[AbstractHidden]]) -> Bum
     """What everything hidden would leave, sort after sort."""
     found = none(len(fit.local.residual))
     for sort in sorts:
-        found = together([found, sort.signatures(fit, found)])
+        mine = sort.signatures(fit, found)
+        if not np.isfinite(mine.columns).all():
+            raise ValueError(f"{sort.__module__}: signatures of '{sort.sort}' are not all finite")
+        found = together([found, mine])
     return found
 
 

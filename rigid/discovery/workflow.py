@@ -251,7 +251,7 @@ def _step(turn: Turn, said: Odds, refits: dict[str, Refit]) -> Step:
         hidden = found.inferred(local, turn.bench.bumps)
         change = _changed(local, hidden.own.columns @ hidden.mean)
         gain = local.terms.score * change - 0.5 * local.terms.bend * change**2
-        there, equation = place(local, gain, change), hidden.hidden.equation
+        there, equation = place(local, gain, change), hidden.hidden.about.equation
         return Step("unnamed", found, probability, refits, None, there, equation, None, 0.0)
     one = refits[chosen]
     gain = one.after.terms.value - one.before.terms.value

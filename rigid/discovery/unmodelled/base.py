@@ -3,7 +3,7 @@
 import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -13,6 +13,19 @@ from rigid.discovery.unmodelled.formula import simplest
 from rigid.localfit.hidden_inputs import Abscissa
 from rigid.localfit.local import Local
 from rigid.plots.discovery import HiddenShown
+
+
+class About(NamedTuple):
+    """What a hidden thing is.
+
+    - `equation`: in which it stands, "sensor" for a distortion. - `name`: in words, "hidden flow
+      into the chamber". - `unit`: of its size. - `over`: what it goes by.
+    """
+
+    equation: str
+    name: str
+    unit: str
+    over: Abscissa
 
 
 @dataclasses.dataclass(frozen=True)
@@ -45,23 +58,8 @@ class AbstractHidden(ABC):
 
     @property
     @abstractmethod
-    def equation(self) -> str:
-        """Equation in which it stands, "sensor" for a distortion."""
-
-    @property
-    @abstractmethod
-    def name(self) -> str:
-        """What it is, in words: "hidden flow into the chamber"."""
-
-    @property
-    @abstractmethod
-    def unit(self) -> str:
-        """SI unit of its size."""
-
-    @property
-    @abstractmethod
-    def over(self) -> Abscissa:
-        """What it goes by."""
+    def about(self) -> About:
+        """What it is."""
 
     @property
     def prior_class(self) -> str:
@@ -80,13 +78,24 @@ class AbstractHidden(ABC):
 
     def shown(self, found: "Inferred") -> HiddenShown:
         """What the page shows of it: here a curve over the centres, with its simplest formula."""
-        formula = simplest(found.own.centre, found.mean, found.covariance, self.over.symbol)
+        formula = simplest(found.own.centre, found.mean, found.covariance, self.about.over.symbol)
         order = np.argsort(found.own.centre, kind="stable")
+        place, mean, sd = (one[order] for one in (found.own.centre, found.mean, found.sd))
+        return self.drawn(place, mean, sd, formula.values[order], formula.words)
+
+    def drawn(
+        self,
+        place: Float[np.ndarray, " n"],
+        mean: Float[np.ndarray, " n"],
+        sd: Float[np.ndarray, " n"],
+        formula: Float[np.ndarray, " n"],
+        words: str,
+    ) -> HiddenShown:
+        """A curve in its units, over what it goes by."""
+        over, about = self.about.over, self.about
         return HiddenShown(
-            self.over.name, self.over.unit, self.name, self.unit,
-            found.own.centre[order], found.mean[order], found.sd[order],
-            formula.values[order], formula.words,
-        )  # fmt: skip
+            over.name, over.unit, about.name, about.unit, place, mean, sd, formula, words
+        )
 
 
 @dataclasses.dataclass(frozen=True)

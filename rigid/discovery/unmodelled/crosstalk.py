@@ -14,8 +14,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from rigid.discovery.fitted import Fitted
-from rigid.discovery.unmodelled.base import AbstractHidden, Bumps, Inferred, none, together
-from rigid.discovery.unmodelled.sensors import distortion_of
+from rigid.discovery.unmodelled.base import About, AbstractHidden, Bumps, Inferred, none, together
+from rigid.discovery.unmodelled.sensors import distorted
 from rigid.localfit.hidden_inputs import Abscissa
 from rigid.localfit.samples import Channel
 from rigid.physics.sensors import UNITS
@@ -43,24 +43,10 @@ class Crosstalk(AbstractHidden):
         return answering(layout.channels, layout.channel, layout.time, fit.local.reading)
 
     @property
-    def equation(self) -> str:
-        """Of no motion."""
-        return "sensor"
-
-    @property
-    def name(self) -> str:
-        """What is distorted."""
-        return distortion_of(self.kind)
-
-    @property
-    def unit(self) -> str:
-        """That of the quantity."""
-        return UNITS.get(self.kind, "1")
-
-    @property
-    def over(self) -> Abscissa:
-        """One quantity beside the other."""
-        return Abscissa("the most in any record, by what it answers to", "1")
+    def about(self) -> About:
+        """What it is."""
+        over = Abscissa("the most in any record, by what it answers to", "1")
+        return distorted(self.kind, over)
 
     @property
     def prior_class(self) -> str:
@@ -73,14 +59,13 @@ class Crosstalk(AbstractHidden):
         units = [UNITS.get(other, "1") + "/s" * self.rates for other in self.sources]
         names = tuple(f"{'rate of ' * self.rates}{other}" for other in self.sources)
         told = ", ".join(
-            f"{number:.3g} {self.unit} per {unit} of the {name}"
+            f"{number:.3g} {self.about.unit} per {unit} of the {name}"
             for number, unit, name in zip(found.mean, units, names, strict=True)
         )
-        return HiddenShown(
-            self.over.name, self.over.unit, self.name, self.unit,
-            found.own.centre, found.mean * most, found.sd * most, np.zeros(len(names)), told,
-            groups=names, model="it answers to its own quantity alone",
-        )  # fmt: skip
+        mean, sd, none_of_it = found.mean * most, found.sd * most, np.zeros(len(names))
+        shown = self.drawn(found.own.centre, mean, sd, none_of_it, told)
+        model = "it answers to its own quantity alone"
+        return dataclasses.replace(shown, groups=names, model=model)
 
 
 def answering(

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from rigid.discovery.fitted import Fitted
-from rigid.discovery.unmodelled.base import AbstractHidden, Bumps, together
+from rigid.discovery.unmodelled.base import About, AbstractHidden, Bumps, together
 from rigid.kinds import kinds_with
 from rigid.localfit.hidden_inputs import (
     CYLINDER_SPEED,
@@ -64,24 +64,15 @@ class Input(AbstractHidden):
         return EFFECTS[self.kind]
 
     @property
-    def equation(self) -> str:
-        """That of the effect."""
-        return self.effect.equation
-
-    @property
-    def name(self) -> str:
-        """What the effect is called."""
-        return self.effect.phrase
-
-    @property
-    def unit(self) -> str:
-        """That of the effect's heights."""
-        return self.effect.parameters()[0].unit
-
-    @property
     def over(self) -> Followed:
         """What it follows."""
         return next(one for one in self.effect.followed if one.name == self.variable)
+
+    @property
+    def about(self) -> About:
+        """What its effect says."""
+        effect = self.effect
+        return About(effect.equation, effect.phrase, effect.parameters()[0].unit, self.over)
 
     @property
     def prior_class(self) -> str:

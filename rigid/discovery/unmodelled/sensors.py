@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from rigid.discovery.fitted import Fitted
-from rigid.discovery.unmodelled.base import AbstractHidden, Bumps, together
+from rigid.discovery.unmodelled.base import About, AbstractHidden, Bumps, together
 from rigid.localfit.hidden_inputs import TIME, Abscissa
 from rigid.physics.sensors import UNITS
 
@@ -16,9 +16,10 @@ CALLED = {"load": "load cell", "pressure": "gauge", "acceleration": "acceleromet
 """Sensors that are not called by their quantity."""
 
 
-def distortion_of(quantity: str) -> str:
-    """What the errors of a quantity's sensors are called."""
-    return f"distortion of the {CALLED.get(quantity, f'{quantity} sensor')}"
+def distorted(quantity: str, over: Abscissa | None = None) -> About:
+    """An error of a quantity's sensors; left out, it goes `over` their reading."""
+    name, unit = CALLED.get(quantity, f"{quantity} sensor"), UNITS.get(quantity, "1")
+    return About("sensor", f"distortion of the {name}", unit, over or Abscissa("reading", unit))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -52,24 +53,9 @@ class SensorError(AbstractHidden):
         return together(out)
 
     @property
-    def equation(self) -> str:
-        """Of no motion."""
-        return "sensor"
-
-    @property
-    def name(self) -> str:
-        """What is distorted."""
-        return distortion_of(self.kind)
-
-    @property
-    def unit(self) -> str:
-        """That of the quantity."""
-        return UNITS.get(self.kind, "1")
-
-    @property
-    def over(self) -> Abscissa:
-        """The time, or the reading itself."""
-        return TIME if self.variable == TIME.name else Abscissa(self.variable, self.unit)
+    def about(self) -> About:
+        """What it is."""
+        return distorted(self.kind, TIME if self.variable == TIME.name else None)
 
     @property
     def prior_class(self) -> str:

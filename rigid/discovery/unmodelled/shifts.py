@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 
 from rigid.discovery.fitted import Fitted
-from rigid.discovery.unmodelled.base import AbstractHidden, Bumps, Inferred
+from rigid.discovery.unmodelled.base import About, AbstractHidden, Bumps, Inferred
 from rigid.effects import AbstractEffect
 from rigid.effects.base import PLUNGER
 from rigid.likelihood.parameters import Parameter
@@ -36,11 +36,11 @@ EQUATIONS = {
 class Shift(AbstractHidden):
     """A constant that differs between kinds of records.
 
-    - `kind`: its label. - `stands`: equation in which it stands.
+    - `kind`: its label. - `equation`: in which it stands.
     """
 
     kind: str
-    stands: str
+    equation: str
 
     sort: ClassVar[str] = "shift"
     order: ClassVar[int] = 4
@@ -57,24 +57,9 @@ class Shift(AbstractHidden):
         return shifted(local.design, rows, listed)
 
     @property
-    def equation(self) -> str:
-        """Equation in which the constant stands."""
-        return self.stands
-
-    @property
-    def name(self) -> str:
-        """The constant."""
-        return self.kind
-
-    @property
-    def unit(self) -> str:
-        """Of the constant over that of other records."""
-        return "1"
-
-    @property
-    def over(self) -> Abscissa:
-        """One kind of record beside the other."""
-        return Abscissa("kind of record", "1")
+    def about(self) -> About:
+        """What it is."""
+        return About(self.equation, self.kind, "1", Abscissa("kind of record", "1"))
 
     def shown(self, found: Inferred) -> HiddenShown:
         """The constant in each kind of record over that in the kind that knows it best.
@@ -97,11 +82,10 @@ class Shift(AbstractHidden):
             for r, b, kind in zip(ratio, reach, kinds, strict=True)
             if kind != kinds[first]
         )
-        return HiddenShown(
-            self.over.name, self.over.unit, f"{self.kind} over that in {kinds[first]} records",
-            self.unit, np.arange(len(kinds), dtype=float), ratio, np.abs(upper - ratio),
-            np.ones(len(kinds)), told, groups=kinds, model="the same in all records",
-        )  # fmt: skip
+        place, same = np.arange(len(kinds), dtype=float), np.ones(len(kinds))
+        shown = self.drawn(place, ratio, np.abs(upper - ratio), same, told)
+        name = f"{self.kind} over that in {kinds[first]} records"
+        return dataclasses.replace(shown, name=name, groups=kinds, model="the same in all records")
 
 
 def constants(

@@ -13,8 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from rigid.discovery.fitted import Fitted
-from rigid.discovery.unmodelled.base import AbstractHidden, Bumps, Inferred, none, together
-from rigid.localfit.hidden_inputs import Abscissa
+from rigid.discovery.unmodelled.base import About, AbstractHidden, Bumps, Inferred, none, together
 from rigid.plots.discovery import HiddenShown
 
 
@@ -51,35 +50,18 @@ class Straight(AbstractHidden):
         return together([none(len(fit.local.residual)), *straight(earlier)])
 
     @property
-    def equation(self) -> str:
-        """That of the bumps."""
-        return self.of.equation
-
-    @property
-    def name(self) -> str:
-        """That of the bumps."""
-        return self.of.name
-
-    @property
-    def unit(self) -> str:
-        """That of the bumps."""
-        return self.of.unit
-
-    @property
-    def over(self) -> Abscissa:
-        """What the bumps go by."""
-        return self.of.over
+    def about(self) -> About:
+        """What it is."""
+        return self.of.about
 
     def shown(self, found: Inferred) -> HiddenShown:
         """A line over the range of what it goes by."""
         place = places(found.everything, self)
         form = FORMS[self.form]
         curve, number = form.values(place), float(found.mean[0])
-        return HiddenShown(
-            self.over.name, self.over.unit, self.name, self.unit,
-            place, number * curve, float(found.sd[0]) * np.abs(curve), number * curve,
-            f"{number:.3g}{form.words.format(self.over.symbol)}",
-        )  # fmt: skip
+        line, sd = number * curve, float(found.sd[0]) * np.abs(curve)
+        words = f"{number:.3g}{form.words.format(self.about.over.symbol)}"
+        return self.drawn(place, line, sd, line, words)
 
 
 def straight(found: Bumps) -> Iterator[Bumps]:
@@ -90,9 +72,9 @@ def straight(found: Bumps) -> Iterator[Bumps]:
     constant: set[str] = set()
     for target in dict.fromkeys(t.pooled or t for t in found.target):
         for form in target.forms:
-            if form == "constant" and target.name in constant:
+            if form == "constant" and target.about.name in constant:
                 continue
-            constant |= {target.name} if form == "constant" else set()
+            constant |= {target.about.name} if form == "constant" else set()
             mine = _parts(found, target)
             column = found.columns[:, mine] @ FORMS[form].values(found.centre[mine])
             yield Bumps(column[:, None], (Straight(target, form),), np.zeros(1))

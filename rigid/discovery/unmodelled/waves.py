@@ -14,11 +14,11 @@ from typing import ClassVar
 import numpy as np
 
 from rigid.discovery.fitted import Fitted
-from rigid.discovery.unmodelled.base import AbstractHidden, Bumps, Inferred, none, together
+from rigid.discovery.unmodelled.base import About, AbstractHidden, Bumps, Inferred, none, together
 from rigid.discovery.unmodelled.inputs import Input
 from rigid.discovery.unmodelled.sensors import SensorError
 from rigid.kinds import KINDS
-from rigid.localfit.hidden_inputs import STROKE, Abscissa
+from rigid.localfit.hidden_inputs import STROKE
 from rigid.localfit.local import Local
 from rigid.localfit.samples import Channel
 from rigid.localfit.signature import reads
@@ -63,24 +63,9 @@ class Wave(AbstractHidden):
         return waves(fit.local)
 
     @property
-    def equation(self) -> str:
-        """That of what goes up and down."""
-        return self.of.equation
-
-    @property
-    def name(self) -> str:
-        """That of what goes up and down."""
-        return self.of.name
-
-    @property
-    def unit(self) -> str:
-        """That of what goes up and down."""
-        return self.of.unit
-
-    @property
-    def over(self) -> Abscissa:
-        """The stroke."""
-        return STROKE
+    def about(self) -> About:
+        """What it is."""
+        return self.of.about._replace(over=STROKE)
 
     @property
     def prior_class(self) -> str:
@@ -98,10 +83,8 @@ class Wave(AbstractHidden):
         curve = basis @ mean[mine]
         sd = np.sqrt(np.einsum("pi,ij,pj->p", basis, covariance[np.ix_(mine, mine)], basis))
         phase = float(np.arctan2(*mean[mine]))
-        return HiddenShown(
-            self.over.name, self.over.unit, self.name, self.unit, place, curve, sd, curve,
-            f"{sizes.max():.3g} sin(2 pi x/{self.period:.3g} {phase:+.2f})",
-        )  # fmt: skip
+        words = f"{sizes.max():.3g} sin(2 pi x/{self.period:.3g} {phase:+.2f})"
+        return self.drawn(place, curve, sd, curve, words)
 
 
 WAVING: Mapping[str, AbstractHidden] = {
