@@ -82,12 +82,20 @@ def answer(asked: Question, options: Options) -> "Outcome":
 
 def _mark(asked: Question, seed: int) -> dict[str, str]:
     """What the search and the traces depend on."""
+    from rigid.discovery.unmodelled import SORTS
     from rigid.inference.calibrate import fingerprint
     from rigid.likelihood.effect_lookup import marks
 
     listed = " ".join(effect.name for effect in asked.effects)
     effects = (*asked.problem.effects, *asked.effects)
-    return fingerprint(asked.spec, asked.records, seed) | marks(effects) | {"candidates": listed}
+    return (
+        fingerprint(asked.spec, asked.records, seed)
+        | marks(effects)
+        | {
+            "candidates": listed,
+            "hidden": " ".join(SORTS),
+        }
+    )
 
 
 def _seed(spec: "Spec", options: Options) -> int:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 from rigid.io.cli import Options, run, say
 
 if TYPE_CHECKING:
-    from rigid.inference.calibrate import Calibrated
     from rigid.spec import Spec
 
 SAYS = "Calibrate a rig: records in, posterior of its parameters and a report out."
@@ -15,7 +14,6 @@ SAYS = "Calibrate a rig: records in, posterior of its parameters and a report ou
 
 def fit(options: Options) -> int:
     """Calibrate and write all files; returns 0, or 1 if the result must not be used."""
-    began = time.monotonic()
     from rigid.spec import find_spec, load_spec
 
     spec = load_spec(find_spec(options.spec))
@@ -26,33 +24,12 @@ def fit(options: Options) -> int:
     from rigid.io.runtime import prepare
 
     prepare()
-    from rigid.inference.calibrate import calibrate
-    from rigid.io.files import locked
-    from rigid.likelihood.assemble import assemble
-    from rigid.records.read import read_records
-
-    records = read_records(spec)
-    problem = assemble(spec, records)
-    folder = options.folder(spec.path)
-    with locked(folder):
-        done = calibrate(spec, records, problem, options, folder)
-        return _written(spec, done, options, time.monotonic() - began)
-
-
-def _written(spec: "Spec", done: "Calibrated", options: Options, wall: float) -> int:
-    """Write every file and print the table or the JSON."""
-    from rigid.inference.summary import write_result_json, write_summary_csv
-    from rigid.report.calibration.output import printed, result, write_posterior
-    from rigid.report.calibration.present import content
-    from rigid.report.calibration.section import write_report
+    from rigid.report.calibration.output import printed
+    from rigid.study.study import Study
 
     folder = options.folder(spec.path)
-    found = result(spec, done, wall)
-    write_posterior(folder / "posterior.nc", spec, done)
-    write_summary_csv(folder / "summary.csv", found.parameters)
-    write_result_json(folder / "result.json", found)
-    write_report(content(spec, done, found), folder)
-    sys.stdout.write(printed(found, folder, options.as_json))
+    found = Study(spec).fit(folder, seed=options.seed, resume=options.resume, quiet=options.quiet)
+    sys.stdout.write(printed(found.result, folder, options.as_json))
     for check in found.checks:
         if not check.ok:
             sys.stderr.write(f"{check.name}: {check.says}\n")

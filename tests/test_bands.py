@@ -481,9 +481,9 @@ def test_effects_of_ones_own_are_those_beside_the_fit(tmp_path):
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):
     """A run on a simulated test of 4 s with a drop within 4 ms, at the posterior's centre."""
+    from rigid.generator.core import Rig
     from rigid.generator.field import Drop, contact_loss
     from rigid.generator.friction import Friction
-    from rigid.generator.plant import Rig
     from rigid.generator.sensors import Sensor
 
     folder = tmp_path_factory.mktemp("bands")

@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 from scipy.special import logsumexp
 
-from rigid.discovery.unmodelled.bumps import KINDS, Bumps, Target, together
+from rigid.discovery.unmodelled.base import Bumps, together
+from rigid.discovery.unmodelled.inputs import Input
+from rigid.discovery.unmodelled.sensors import SensorError
 from rigid.discovery.unmodelled.shifts import constants, shifted
-from rigid.discovery.unmodelled.straight import places, straight
+from rigid.discovery.unmodelled.straight import Straight, places, straight
+from rigid.discovery.unmodelled.waves import Wave
 from rigid.discovery.weighing.explain import bundles_of, shares
 from rigid.effects import CATALOGUE
 from rigid.likelihood.parameters import Parameter
@@ -18,17 +21,17 @@ RNG = np.random.default_rng(0)
 STATE = RNG.uniform(-2.0, 2.0, 400)
 """Of each sample; a bump's trace is its height there, times a gain that differs by sample."""
 GAIN = RNG.uniform(0.5, 2.0, 400)
-FORCE = Target("force", "plunger-momentum", "speed")
+FORCE = Input("force", "speed")
 TRACKS = ("free-run-1,A", "free-run-2,A")
 
 
-def bumped(state: np.ndarray, target: Target, gain: np.ndarray) -> Bumps:
+def bumped(state: np.ndarray, target: Input | SensorError, gain: np.ndarray) -> Bumps:
     height = np.maximum(0.0, 1.0 - np.abs(state[:, None] - PLACES) / 0.5)
     return Bumps(gain[:, None] * height, (target,) * len(PLACES), PLACES)
 
 
 def test_straight_things_have_the_traces_of_their_shapes():
-    found = straight(bumped(STATE, FORCE, GAIN))
+    found = together(list(straight(bumped(STATE, FORCE, GAIN))))
     shapes = {t.form: found.columns[:, i] for i, t in enumerate(found.target)}
     assert set(shapes) == {"constant", "proportional", "sign"}
     np.testing.assert_allclose(shapes["constant"], GAIN)
@@ -38,8 +41,8 @@ def test_straight_things_have_the_traces_of_their_shapes():
 
 
 def test_a_constant_is_there_once_and_only_what_turns_has_a_sign():
-    over = [bumped(STATE, FORCE._replace(variable=v), GAIN) for v in ("pressure", "speed")]
-    forms = [(t.variable, t.form) for t in straight(together(over)).target]
+    over = [bumped(STATE, Input("force", v), GAIN) for v in ("pressure", "speed")]
+    forms = [(t.about.over.name, t.form) for one in straight(together(over)) for t in one.target]
     assert forms == [
         ("pressure", "constant"),
         ("pressure", "proportional"),
@@ -50,22 +53,22 @@ def test_a_constant_is_there_once_and_only_what_turns_has_a_sign():
 
 def test_a_line_runs_where_its_bumps_are_whatever_waves_there_are():
     """A wave goes by the stroke as well; the numbers of its sensors are no strokes."""
-    over = FORCE._replace(variable="stroke")
-    wave = Bumps(np.zeros((400, 2)), (over._replace(period=5e-3),) * 2, np.array([7.0, 7.0]))
+    over = Input("force", "stroke")
+    wave = Bumps(np.zeros((400, 2)), (Wave(over, 5e-3),) * 2, np.array([7.0, 7.0]))
     curves = bumped(STATE, over, GAIN)
-    hidden = together([curves, wave, straight(curves)])
+    hidden = together([curves, wave, *straight(curves)])
     np.testing.assert_array_equal(places(hidden, hidden.target[-1]), PLACES)
 
 
 def test_a_drift_is_that_of_all_records_of_a_sensor_together():
     first = np.arange(400) < 150
     parts = [
-        bumped(STATE, Target("load", "sensor", "time", track), np.where(mine, 1.0, 0.0))
+        bumped(STATE, SensorError("load", "time", track), np.where(mine, 1.0, 0.0))
         for track, mine in zip(TRACKS, (first, ~first), strict=True)
     ]
-    found = straight(together([*parts, bumped(STATE, Target("load", "sensor", "reading"), GAIN)]))
+    (found,) = straight(together([*parts, bumped(STATE, SensorError("load", "reading"), GAIN)]))
     (target,) = found.target
-    assert (target.kind, target.variable, target.track) == ("load", "time", None)
+    assert target.of == SensorError("load", "time", None)
     np.testing.assert_allclose(found.columns[:, 0], STATE, atol=1e-12)
 
 
@@ -83,10 +86,10 @@ def test_constants_shift_between_the_kinds_in_which_they_act():
     design[20:, 2] = 0.0  # the frame's stiffness acts in its own tests alone
     design[20:40, 1] = 0.0
     found = found_in(design, kinds, labels)
-    assert dict.fromkeys((t.kind, t.equation) for t in found.target) == dict.fromkeys(
+    assert dict.fromkeys((t.kind, t.about.equation) for t in found.target) == dict.fromkeys(
         [("k_oil", "oil-balance"), ("L_0", "oil-balance"), ("mu_branch[1]", "plunger-momentum")]
     )
-    assert all(t.variable == KINDS and t.sort == "shift" for t in found.target)
+    assert all(t.about.over.name == "kind of record" and t.sort == "shift" for t in found.target)
     assert list(found.centre) == [0, 1, 2, 0, 2, 0, 1, 2]
     np.testing.assert_array_equal(found.columns[:, :3].sum(axis=1), design[:, 0])
     np.testing.assert_array_equal(found.columns[:20, 0], design[:20, 0])
@@ -107,18 +110,16 @@ def everything() -> tuple[Bumps, np.ndarray]:
     curves = together(
         [
             *[
-                bumped(STATE[:300], FORCE._replace(variable=v), rng.standard_normal(300))
+                bumped(STATE[:300], Input("force", v), rng.standard_normal(300))
                 for v in ("pressure", "stroke", "speed")
             ],
             *[
-                bumped(
-                    STATE[:300], FORCE._replace(variable="time", track=t), rng.standard_normal(300)
-                )
+                bumped(STATE[:300], Input("force", "time", t), rng.standard_normal(300))
                 for t in TRACKS * 10
             ],
         ]
     )
-    return together([curves, straight(curves), found_in(design, kinds, labels)]), design
+    return together([curves, *straight(curves), found_in(design, kinds, labels)]), design
 
 
 def believed(
@@ -145,7 +146,7 @@ def test_sorts_are_bet_on_alike():
     hidden, design = everything()
     information = hidden.columns.T @ hidden.columns
     bundles = bundles_of(hidden.target, 0, information)
-    sorts = np.array([t.sort for t, _ in bundles])
+    sorts = np.array([t.prior_class for t, _ in bundles])
     bet = np.exp(shares(bundles))
     for sort in ("time", "curve", "straight", "shift"):
         assert bet[sorts == sort].sum() == pytest.approx(0.25)
@@ -162,28 +163,20 @@ def test_odds_of_three_come_by_chance_in_fewer_than_one_campaign_of_three():
 
 def test_a_constant_that_shifts_is_seen_and_was_not_without():
     hidden, design = everything()
-    at = [i for i, t in enumerate(hidden.target) if t.kind == "k_oil"][1]
+    at = [i for i, t in enumerate(hidden.target) if t.about.name == "k_oil"][1]
     change = hidden.columns[:, at] * 8.0 / np.linalg.norm(hidden.columns[:, at])
     with_them = believed(hidden, design, change, 200)
     others = np.array([t.sort != "shift" for t in hidden.target])
-    rest = Bumps(
-        hidden.columns[:, others],
-        tuple(t for t in hidden.target if t.sort != "shift"),
-        hidden.centre[others],
-    )
+    rest = hidden.of(others)
     assert np.median(with_them) > 8.0
     assert np.median(believed(rest, design, change, 200)) < 2.0
 
 
 def test_a_straight_thing_is_believed_more_than_the_curves_that_hold_it():
     hidden, design = everything()
-    at = next(i for i, t in enumerate(hidden.target) if t.form == "proportional")
+    lines = [isinstance(t, Straight) for t in hidden.target]
+    at = next(i for i, t in enumerate(hidden.target) if lines[i] and t.form == "proportional")
     change = hidden.columns[:, at] * 6.0 / np.linalg.norm(hidden.columns[:, at])
-    curves = np.array([not t.form for t in hidden.target])
-    rest = Bumps(
-        hidden.columns[:, curves],
-        tuple(t for t in hidden.target if not t.form),
-        hidden.centre[curves],
-    )
+    rest = hidden.of(~np.array(lines))
     gained = believed(hidden, design, change, 200) - believed(rest, design, change, 200)
     assert np.median(gained) > 2.0

@@ -8,6 +8,7 @@ import pytest
 from rigs import BASE, SHEETS, converted, drive, effects, parameters, track
 from scipy.special import logsumexp
 
+from rigid.discovery.fitted import Fitted
 from rigid.discovery.periodic import FINER, LOG_MASS, QUANTILES, lines, log_bayes_of_line
 from rigid.discovery.signatures import laid_out
 from rigid.discovery.workflow import weigh
@@ -22,6 +23,7 @@ from rigid.localfit.families import families
 from rigid.localfit.hypothesis import Hypothesis, start
 from rigid.localfit.local import Local, expand, refined
 from rigid.localfit.samples import lay_out
+from rigid.localfit.signature import traces
 
 RIPPLE = CATALOGUE["pump-ripple"]
 CHOICE = (CATALOGUE["piston-leakage"], RIPPLE)
@@ -69,9 +71,9 @@ def turned(angle: float) -> float:
 @pytest.mark.slow
 def test_each_record_has_its_own_phase_and_the_ripple_is_found():
     local, programs = fitted(campaign(1, 0.05))
-    found = lines(local, programs, RIPPLE)
-    assert found is not None
-    line, trace = found
+    line = lines(Fitted(local, programs), RIPPLE)
+    assert line is not None
+    trace = traces(local, programs, [line.candidate(RIPPLE, {})])[:, 0]
     size = np.sqrt(trace @ (trace * local.terms.bend))
     strength = trace @ local.terms.score / size
     # Cramer and Rao: sds of frequency and phase of a line of strength s over a time T are
@@ -83,7 +85,7 @@ def test_each_record_has_its_own_phase_and_the_ripple_is_found():
         assert label == f"pump_angle[{name}]"
         middle = 2.0 * np.pi * (line.frequency - FREQUENCY) * (0.5 + 0.5 * OPEN)
         assert abs(turned(angle + middle - phase)) < np.sqrt(2.0) * off + 0.1
-    bench = laid_out(local, programs, CHOICE, Shelf())
+    bench = laid_out(Fitted(local, programs), CHOICE, Shelf())
     explained = weigh(local, bench, 1)
     assert explained.effects["pump-ripple"] > max(explained.effects["piston-leakage"], 10.0)
     assert explained.p_value < 0.01
@@ -92,7 +94,7 @@ def test_each_record_has_its_own_phase_and_the_ripple_is_found():
 @pytest.mark.slow
 def test_no_ripple_is_found_where_there_is_none():
     local, programs = fitted(campaign(2, 0.0))
-    explained = weigh(local, laid_out(local, programs, CHOICE, Shelf()), 2)
+    explained = weigh(local, laid_out(Fitted(local, programs), CHOICE, Shelf()), 2)
     assert explained.effects["pump-ripple"] < 2.0
     assert explained.p_value > 0.01
 

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from rigid.discovery.unmodelled.bumps import Target
+from rigid.discovery.unmodelled.inputs import Input
 from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained, bundles_of
 from rigid.discovery.weighing.odds import odds
 from rigid.discovery.weighing.pairs import pairs
@@ -32,12 +32,10 @@ def explained(slope: np.ndarray, information: np.ndarray, bumps: int = 0) -> Exp
             for i, (_, law) in enumerate(LAWS)
         ]
     )
-    hidden = (Target("pump", "time", None),) * max(bumps, 1)
+    hidden = (Input("force", "speed"),) * max(bumps, 1)
     bundles = bundles_of(hidden, len(LAWS) if bumps else 0, information)
     bundle = np.array([float(b.log_bayes(slope)) for _, b in bundles])
-    return Explained(
-        listed, hidden, Screening(slope, information), candidate, bundles, bundle, 1e-3
-    )
+    return Explained(listed, Screening(slope, information), candidate, bundles, bundle, 1e-3)
 
 
 def information(cosine: float) -> np.ndarray:

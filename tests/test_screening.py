@@ -9,8 +9,10 @@ import pytest
 from rigs import BASE, NOMINAL, SHEETS, converted, drive, effects, parameters, track
 
 from rigid.discovery import signatures as bench
-from rigid.discovery.unmodelled.bumps import Bumps, Target
+from rigid.discovery.fitted import Fitted
+from rigid.discovery.unmodelled.base import Bumps
 from rigid.discovery.unmodelled.formula import simplest
+from rigid.discovery.unmodelled.sensors import SensorError
 from rigid.discovery.weighing import explain
 from rigid.discovery.workflow import Outcome, Running, discover, weigh
 from rigid.effects import CATALOGUE
@@ -108,9 +110,9 @@ def test_a_planted_effect_comes_out_by_its_strength(listed):
 def test_a_run_that_goes_on_reads_its_traces(tmp_path, monkeypatch):
     """To the last bit, and without a simulation."""
     local, programs = fitted(campaign(306))
-    made = bench.laid_out(local, programs, CHOICE, Shelf(tmp_path))
+    made = bench.laid_out(Fitted(local, programs), CHOICE, Shelf(tmp_path))
     monkeypatch.setattr(bench, "traces", None)
-    read = bench.laid_out(local, programs, CHOICE, Shelf(tmp_path, reads=True))
+    read = bench.laid_out(Fitted(local, programs), CHOICE, Shelf(tmp_path, reads=True))
     np.testing.assert_array_equal(made.traces, read.traces)
     np.testing.assert_array_equal(made.bumps.columns, read.bumps.columns)
     np.testing.assert_array_equal(made.bumps.centre, read.bumps.centre)
@@ -274,7 +276,7 @@ def test_another_law_of_numbers_that_are_in_already_is_no_candidate(listed):
     twins = tuple(dataclasses.replace(o, effect=twin) for o in listed if o.effect is drift)
     rng = np.random.default_rng(404)
     columns = rng.standard_normal((len(local.residual), len(listed) + len(twins) + 1))
-    hidden = Bumps(columns[:, -1:], (Target("stroke", "sensor", "time"),), np.zeros(1))
+    hidden = Bumps(columns[:, -1:], (SensorError("stroke", "time"),), np.zeros(1))
     made = bench.Bench(programs, listed + twins, hidden, columns[:, :-1])
     assert set(weigh(local, made, 0).effects) == {*LISTED, "twin"}
     more = widened(local.w, len(local.layout.problem.sensors), [0.1])

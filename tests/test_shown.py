@@ -8,12 +8,13 @@ import pytest
 from scipy.stats import chi2, norm
 
 from rigid.discovery.refit import Refit
-from rigid.discovery.unmodelled.bumps import Bumps, Target, together
-from rigid.discovery.unmodelled.crosstalk import RATES, answering
+from rigid.discovery.unmodelled.base import Bumps, together
+from rigid.discovery.unmodelled.crosstalk import answering
+from rigid.discovery.unmodelled.inputs import Input
 from rigid.discovery.unmodelled.straight import straight
 from rigid.discovery.weighing.explain import PRIOR_NOTHING, PRIOR_UNNAMED, Explained, bundles_of
 from rigid.discovery.weighing.odds import MIMICS
-from rigid.discovery.workflow import Bench, Outcome, Step
+from rigid.discovery.workflow import Outcome, Step
 from rigid.effects import CATALOGUE
 from rigid.likelihood.parameters import Parameter
 from rigid.likelihood.priors import Normal
@@ -30,7 +31,6 @@ from rigid.report.discovery.lead import SHOWN, lead, told_moves, would_show
 from rigid.report.discovery.present import bets
 from rigid.report.discovery.residuals import against, line_sizes, residuals
 from rigid.report.discovery.section import Moved
-from rigid.report.discovery.shown import hidden_shown
 from rigid.report.discovery.words import KAPPA, meanings
 
 SAMPLES = 300
@@ -60,15 +60,14 @@ def found(hidden: Bumps, change: np.ndarray):
     bundles = bundles_of(hidden.target, 0, screening.information)
     logs = np.array([b.log_bayes(screening.slope) for _, b in bundles])
     none = np.zeros(0)
-    explained = Explained((), hidden.target, screening, none, bundles, logs, 0.001)
+    explained = Explained((), screening, none, bundles, logs, 0.001)
     base = bare(Local, layout=bare(Layout, channels=CHANNELS))
-    outcome = bare(Outcome, base=base, bench=bare(Bench, bumps=hidden))
-    return hidden_shown(bare(Step, explained=explained), outcome)
+    return explained.inferred(base, hidden).shown
 
 
 def test_a_gauge_that_reads_the_flow_is_said_to_answer_to_the_rate_of_the_stroke():
     hidden = answering(CHANNELS, NUMBER, np.tile(TIME, 3), READING)
-    at = [t.kind == "pressure" and t.variable == RATES for t in hidden.target].index(True) + 1
+    at = [t.kind == "pressure" and t.rates for t in hidden.target].index(True) + 1
     shown = found(hidden, 1e5 * hidden.columns[:, at])  # 0.25 m/s at the most
     assert shown.groups == ("rate of load", "rate of stroke", "rate of pressure")
     assert shown.name == "distortion of the gauge"
@@ -87,9 +86,9 @@ def test_a_leak_is_said_to_be_in_proportion_to_the_pressure():
     places = np.linspace(0.0, 1e6, 6)
     pressure = 5e5 * (1.0 + np.sin(np.arange(3 * SAMPLES)))
     height = np.maximum(0.0, 1.0 - np.abs(pressure[:, None] - places) / 2e5)
-    target = Target("flow", "oil-balance", "pressure")
+    target = Input("flow", "pressure")
     curves = Bumps(1e9 * NOISE[:, None] * height, (target,) * 6, places)
-    hidden = together([curves, straight(curves)])
+    hidden = together([curves, *straight(curves)])
     shown = found(hidden, hidden.columns @ (-3e-15 * np.eye(len(hidden.target))[7]))
     assert shown.words.split()[0].startswith("-3") or shown.words.split()[0].startswith("-2.9")
     assert shown.words.endswith(" p")
@@ -213,7 +212,7 @@ def test_what_would_have_shown_has_the_strength_that_is_told():
     around = Around(0.0 * trace, bend, np.zeros((len(bend), 1)), np.zeros(1))
     screening = screen(around, columns)
     none = np.zeros(3)
-    told = would_show(Explained(listed, (), screening, none, (), np.zeros(0), 0.5))
+    told = would_show(Explained(listed, screening, none, (), np.zeros(0), 0.5))
     label, size, unit = told["coulomb-friction"].split()
     assert (label, unit) == ("F_C", "N")
     strength = float(size) * np.linalg.norm(trace / NOISE)

@@ -1,15 +1,17 @@
 """Waves over the stroke are found with their length, and made up of nothing in no record."""
 
+import dataclasses
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from rigs import BASE, SHEETS, converted, drive, effects, parameters, track
 from scipy.special import logsumexp
 
+from rigid.discovery.fitted import Fitted
 from rigid.discovery.signatures import laid_out
-from rigid.discovery.unmodelled.bumps import Target
-from rigid.discovery.unmodelled.waves import FINER, waves
-from rigid.discovery.weighing.explain import best_waves
+from rigid.discovery.unmodelled.waves import FINER, Wave, waves
+from rigid.discovery.weighing.explain import Bundled, best_waves
 from rigid.discovery.workflow import weigh
 from rigid.effects import CATALOGUE
 from rigid.io.cache import Shelf
@@ -64,10 +66,10 @@ def fitted(problem: Problem) -> tuple[Local, tuple]:
 @pytest.mark.slow
 def test_a_rough_bore_is_found_with_its_length():
     local, programs = fitted(campaign(1, FORCE))
-    bench = laid_out(local, programs, CHOICE, Shelf())
+    bench = laid_out(Fitted(local, programs), CHOICE, Shelf())
     explained = weigh(local, bench, 1)
     target, bundle = explained.likeliest
-    assert (target.kind, target.equation) == ("force", "plunger-momentum")
+    assert (target.of.kind, target.about.equation) == ("force", "plunger-momentum")
     span = 0.2  # m, at least, of stroke in each record
     assert target.period == pytest.approx(LENGTH, abs=LENGTH**2 / (FINER * span))
     mean, covariance = bundle.amplitudes(explained.screening.slope)
@@ -80,7 +82,7 @@ def test_a_rough_bore_is_found_with_its_length():
 @pytest.mark.slow
 def test_no_wave_is_found_where_there_is_none():
     local, programs = fitted(campaign(2, 0.0))
-    explained = weigh(local, laid_out(local, programs, CHOICE, Shelf()), 2)
+    explained = weigh(local, laid_out(Fitted(local, programs), CHOICE, Shelf()), 2)
     assert explained.unnamed < 2.0
     assert explained.p_value > 0.01
 
@@ -95,12 +97,12 @@ def test_a_wave_is_counted_for_the_share_of_lengths_that_it_stands_for():
         information = columns.T @ (columns * local.terms.bend[:, None])
         bundle = Bundle(np.arange(mine.sum()), information)
         drawn = np.zeros((4000, mine.sum()))
-        best_waves(drawn, ((target, bundle),), 5)
+        best_waves(drawn, (Bundled(target, bundle),), 5)
         assert _mean_log(bundle, drawn, target) < np.log(1.5)
-        careless = target._replace(log_share=0.0)
+        careless = dataclasses.replace(target, log_share=0.0)
         assert _mean_log(bundle, drawn, careless) > np.log(3.0)
 
 
-def _mean_log(bundle: Bundle, drawn: np.ndarray, target: Target) -> float:
+def _mean_log(bundle: Bundle, drawn: np.ndarray, target: Wave) -> float:
     logs = bundle.log_bayes(drawn) + target.log_share
     return float(logsumexp(logs) - np.log(len(logs)))

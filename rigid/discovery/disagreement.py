@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import norm
 
@@ -55,19 +56,20 @@ class Disagreement(NamedTuple):
 class Look(NamedTuple):
     """One channel looked at over one thing.
 
-    - `log_p` (1 + draws,): of the records, then of every simulated campaign. - `where`: of the
-      former.
+    - `log_p`: of the records, then of every simulated campaign. - `where`: of the former.
     """
 
     over: str
-    log_p: np.ndarray
+    log_p: Float[np.ndarray, " 1+draws"]
     where: tuple[float, float]
 
 
-def disagreements(local: Local, traces: np.ndarray, seed: int) -> tuple[Disagreement, ...]:
+def disagreements(
+    local: Local, traces: Float[np.ndarray, "n k"], seed: int
+) -> tuple[Disagreement, ...]:
     """Compare every channel with what is expected of it, the surest disagreement first.
 
-    - `local`: a fit. - `traces` (n, k): of all that may be missing, so that none of it is taken
+    - `local`: a fit. - `traces`: of all that may be missing, so that none of it is taken
       for noise.
     """
     layout = local.layout

@@ -14,17 +14,18 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 from scipy.signal import ZoomFFT
 from scipy.special import i0e, logsumexp
 from scipy.stats import norm
 
+from rigid.discovery.fitted import Fitted
 from rigid.effects import AbstractEffect
 from rigid.likelihood.groups import beating
 from rigid.likelihood.priors import AbstractLaw, make_law
 from rigid.likelihood.tracks import Track
 from rigid.localfit.candidates import Candidate, laws_of, standard_of
 from rigid.localfit.evidence import amplitudes, log_bayes
-from rigid.localfit.families import Family
 from rigid.localfit.local import Local
 from rigid.localfit.samples import Channel
 from rigid.localfit.signature import traces
@@ -86,6 +87,16 @@ class Heard(NamedTuple):
     angle: int
 
 
+class Answers(NamedTuple):
+    """What all samples answer to a unit of the effect at few frequencies.
+
+    - `frequencies` [Hz]. - `columns`: to sin and cos of each in turn.
+    """
+
+    frequencies: Float[np.ndarray, " few"]
+    columns: Float[np.ndarray, "n 2*few"]
+
+
 class Ear(NamedTuple):
     """How one channel hears a beat.
 
@@ -133,17 +144,15 @@ class Hearing(NamedTuple):
         return out
 
 
-def lines(
-    local: Local, programs: tuple[Family, ...], effect: type[AbstractEffect]
-) -> tuple[Line, np.ndarray] | None:
-    """Find the likeliest line and its trace (n,); None where no valve is open for long enough.
+def lines(fit: Fitted, effect: type[AbstractEffect]) -> Line | None:
+    """Find the likeliest line; None where no valve is open for long enough.
 
     - `effect`: one that beats.
     """
-    given = dict(local.hypothesis.given)
+    local = fit.local
     assert effect.beat is not None  # the caller asks
-    laws = laws_of(effect, given)
-    heard = _hearing(local, programs, effect, laws[effect.beat][1])
+    laws = laws_of(effect, dict(local.hypothesis.given))
+    heard = _hearing(fit, effect, laws[effect.beat][1])
     if heard is None:
         return None
     info, law = next(found for found in laws.values() if found[0].absent is not None)
@@ -160,19 +169,17 @@ def lines(
     pull, size = np.abs(pulls[:, best]).sum(), known[:, best].sum()
     share = _total(each) - float(log_bayes(pull, size, amplitudes(law, absent)))
     turned = np.mod(1.5 * math.pi - np.angle(pulls[:, best]), 2.0 * math.pi) - math.pi
-    line = Line(
+    return Line(
         float(heard.frequencies[best]),
         tuple(zip(heard.angles, turned.tolist(), strict=True)),
         share,
         tuple(_total(weigh(one)) for one in heard.pulls(_noise(local))),
     )
-    return line, traces(local, programs, [line.candidate(effect, given)])[:, 0]
 
 
-def _hearing(
-    local: Local, programs: tuple[Family, ...], effect: type[AbstractEffect], law: AbstractLaw
-) -> Hearing | None:
+def _hearing(fit: Fitted, effect: type[AbstractEffect], law: AbstractLaw) -> Hearing | None:
     """What hears a beat whose frequency has a `law`; None where no two could be parted."""
+    local = fit.local
     labels = beating([effect], local.layout.problem.tracks)
     angles = tuple(dict.fromkeys(labels.values()))
     tracks = {t.label: t for t in local.layout.problem.tracks}
@@ -191,18 +198,13 @@ def _hearing(
         )
         for f, at in itertools.product(some, (0.0, 0.5 * math.pi))
     ]
-    columns = traces(local, programs, two)
-    ears = (_ear(local, one, frequencies, (some, columns)) for one in heard)
+    answers = Answers(some, traces(local, fit.programs, two))
+    ears = (_ear(local, one, frequencies, answers) for one in heard)
     return Hearing(angles, frequencies, tuple(ear for ear in ears if ear is not None))
 
 
-def _ear(
-    local: Local, one: Heard, frequencies: np.ndarray, answers: tuple[np.ndarray, np.ndarray]
-) -> Ear | None:
-    """Return how a channel hears the `frequencies`.
-
-    - `answers`: few of them, and its readings to sin and cos of each (n, 2 x few).
-    """
+def _ear(local: Local, one: Heard, frequencies: np.ndarray, answers: Answers) -> Ear | None:
+    """Return how a channel hears the `frequencies`, interpolated between the `answers`."""
     rows, interval = _open(local, one), one.channel.interval
     weight = local.terms.bend[rows]
     if weight.sum() <= 0.0:

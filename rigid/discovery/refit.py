@@ -1,14 +1,14 @@
 """The few best candidates fitted in full: every parameter free, the effect with its own priors."""
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 
+from rigid.discovery.fitted import Fitted
 from rigid.discovery.weighing.explain import Explained
 from rigid.localfit.candidates import Candidate, standard_of
 from rigid.localfit.evidence import amplitudes, most_probable
-from rigid.localfit.families import Family, families, holding
 from rigid.localfit.hypothesis import Hypothesis, widened
 from rigid.localfit.local import Local, expand, refined
 
@@ -47,23 +47,15 @@ def worth_refitting(evidence: Mapping[str, float], alone: Mapping[str, float]) -
     return sorted(near, key=lambda name: (alone[name] <= 0.0, -evidence[name]))[:MOST]
 
 
-def refit(
-    base: Local,
-    programs: tuple[Family, ...],
-    found: Explained,
-    name: str,
-    report: Callable[[str], None],
-) -> Refit:
+def refit(fit: Fitted, found: Explained, name: str) -> Refit:
     """Fit the model with the effect `name` added, from its best candidate on.
 
-    - `base`: the fit without it. - `programs`: one of them may hold all effects; if none does, one
-      is compiled.
+    - `fit`: without it.
     """
-    number = found.best_of(name)
+    base, number = fit.local, found.best_of(name)
     candidate = found.listed[number]
-    family = _program(base, programs, candidate)
+    family = fit.program((*base.hypothesis.added, candidate.effect))
     chord = any(not e.steady for e in family.effects)
-    report(f"fitting {name}")
     where = family, base.layout
     before = base
     if chord:
@@ -84,14 +76,6 @@ def refit(
     return Refit(
         candidate, before, after, after.log_evidence - before.log_evidence - float(np.log(places))
     )
-
-
-def _program(base: Local, programs: tuple[Family, ...], candidate: Candidate) -> Family:
-    wanted = (*base.hypothesis.added, candidate.effect)
-    try:
-        return holding(programs, wanted)
-    except KeyError:
-        return families(base.layout.problem, wanted, together=True)[0]
 
 
 def _beginning(found: Explained, number: int, extended: Hypothesis) -> list[float]:

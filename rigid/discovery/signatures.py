@@ -2,20 +2,20 @@
 
 import dataclasses
 import json
+from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
+from rigid.discovery.fitted import Fitted
 from rigid.discovery.periodic import Line, lines
-from rigid.discovery.unmodelled.bumps import Bumps, Target, bumps, together
-from rigid.discovery.unmodelled.crosstalk import crosstalk
-from rigid.discovery.unmodelled.shifts import shifts
-from rigid.discovery.unmodelled.straight import straight
-from rigid.discovery.unmodelled.waves import waves
+from rigid.discovery.unmodelled import SORTS
+from rigid.discovery.unmodelled.base import AbstractHidden, Bumps, none, together
 from rigid.effects import AbstractEffect
 from rigid.io.cache import Arrays, Shelf
 from rigid.localfit.candidates import EVENT, Candidate, candidates, events, onsets
-from rigid.localfit.families import Effects, Family, holding, read
-from rigid.localfit.local import Local
+from rigid.localfit.families import Effects, Family, read
 from rigid.localfit.signature import lanes_of, traces
 
 SHAPES = 4
@@ -31,18 +31,47 @@ class Bench:
     programs: tuple[Family, ...]
     listed: tuple[Candidate, ...]
     bumps: Bumps
-    traces: np.ndarray
+    traces: Float[np.ndarray, "n candidates"]
 
 
-def _top(base: Local, programs: tuple[Family, ...], effect: type[AbstractEffect]) -> float:
+def _top(fit: Fitted, effect: type[AbstractEffect]) -> float:
     """Greatest pressure [Pa] that a fit expects in any record, told by a gauge or not."""
-    family = holding(programs, [effect])
-    groups = read(family, lanes_of(base, {}, 1))
+    groups = read(fit.program([effect]), lanes_of(fit.local, {}, 1))
     return max(float(g["pressure"].max()) for g in groups if "pressure" in g)
 
 
-def laid_out(base: Local, programs: tuple[Family, ...], effects: Effects, shelf: Shelf) -> Bench:
+def hidden_signatures(fit: Fitted, sorts: Iterable[type[AbstractHidden]]) -> Bumps:
+    """What everything hidden would leave, sort after sort."""
+    found = none(len(fit.local.residual))
+    for sort in sorts:
+        mine = sort.signatures(fit, found)
+        if not np.isfinite(mine.columns).all():
+            raise ValueError(f"{sort.__module__}: signatures of '{sort.sort}' are not all finite")
+        found = together([found, mine])
+    return found
+
+
+def packed(value: Any) -> Any:
+    """A hidden thing, or one of its fields, as JSON has it."""
+    if not isinstance(value, AbstractHidden):
+        return value
+    fields = {f.name: packed(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    return {"sort": value.sort} | fields
+
+
+def unpacked(value: Any) -> Any:
+    """The same from JSON, which has lists for tuples."""
+    if isinstance(value, list):
+        return tuple(map(unpacked, value))
+    if not isinstance(value, dict):
+        return value
+    fields = {name: unpacked(one) for name, one in value.items() if name != "sort"}
+    return SORTS[value["sort"]](**fields)
+
+
+def laid_out(fit: Fitted, effects: Effects, shelf: Shelf) -> Bench:
     """Work out the traces of all candidates and hidden things around a fit, once a run."""
+    base = fit.local
     given = dict(base.hypothesis.given)
     beating = [e for e in effects if e.beat is not None]
     timed = [e for e in effects if e.name == EVENT]
@@ -50,29 +79,23 @@ def laid_out(base: Local, programs: tuple[Family, ...], effects: Effects, shelf:
     rest = [e for e in effects if e not in (*beating, *timed, *late)]
     spread = candidates(rest, SHAPES, given)
     spread += tuple(one for e in timed for one in events(e, base.layout.problem.tracks, given))
-    spread += tuple(one for e in late for one in onsets(e, _top(base, programs, e), given))
+    spread += tuple(one for e in late for one in onsets(e, _top(fit, e), given))
 
     def make() -> Arrays:
-        curves = bumps(base, programs[0])
-        hidden = together([curves, waves(base), shifts(base), straight(curves), crosstalk(base)])
-        heard = [(e.name, lines(base, programs, e)) for e in beating]
-        beats = [(name, found) for name, found in heard if found is not None]
-        columns = [column[:, None] for _, (_, column) in beats]
+        hidden = hidden_signatures(fit, SORTS.values())
+        heard = {e: line for e in beating if (line := lines(fit, e)) is not None}
+        beats = [line.candidate(e, given) for e, line in heard.items()]
+        both = [traces(base, fit.programs, some) for some in (spread, beats)]
         return {
-            "traces": np.concatenate([traces(base, programs, spread), *columns], axis=1),
-            "lines": np.array(json.dumps({name: line for name, (line, _) in beats})),
+            "traces": np.concatenate(both, axis=1),
+            "lines": np.array(json.dumps({e.name: line for e, line in heard.items()})),
             "columns": hidden.columns,
             "centre": hidden.centre,
-            "target": np.array(json.dumps(hidden.target)),
+            "target": np.array(json.dumps([packed(one) for one in hidden.target])),
         }
 
     found = shelf.once(KEPT, make)
     beats = json.loads(str(found["lines"]))
     beats = tuple(Line(*beats[e.name]).candidate(e, given) for e in beating if e.name in beats)
-    target = tuple(Target(*one) for one in json.loads(str(found["target"])))
-    return Bench(
-        programs,
-        spread + beats,
-        Bumps(found["columns"], target, found["centre"]),
-        found["traces"],
-    )
+    bumps = Bumps(found["columns"], unpacked(json.loads(str(found["target"]))), found["centre"])
+    return Bench(fit.programs, spread + beats, bumps, found["traces"])

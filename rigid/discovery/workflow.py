@@ -2,13 +2,15 @@
 
 import dataclasses
 from collections.abc import Callable, Iterable, Mapping
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 
+from rigid.discovery.fitted import Fitted
 from rigid.discovery.refit import Refit, refit, worth_refitting
 from rigid.discovery.signatures import Bench, laid_out
-from rigid.discovery.unmodelled.bumps import Target
 from rigid.discovery.weighing.explain import Explained, explain
 from rigid.discovery.weighing.odds import Odds, odds
 from rigid.discovery.weighing.pairs import pairs
@@ -56,7 +58,7 @@ class Judged:
     left: tuple[Left, Left]
 
     @property
-    def gains(self) -> np.ndarray:
+    def gains(self) -> Float[np.ndarray, " parts"]:
         """Log predictive density of each left-out part with the effect, less that without it."""
         return self.left[1].density - self.left[0].density
 
@@ -124,7 +126,7 @@ def discover(
     - `best`: z and standard gains and zeros of a search's optimum. - `effects`: the candidates.
     - `given`: priors of their parameters, by label, that go before their own.
     """
-    seed, report, shelf = running
+    report = running.report
     programs = families(problem, effects)
     layout = lay_out(problem)
     layout = layout.weighed((layout.weight > 0.0).astype(float))
@@ -133,10 +135,10 @@ def discover(
     hypothesis = Hypothesis(problem, given=given)
     base = refined(expand(hypothesis, (programs[0], layout), start(problem, *best), noise))
     report("traces of what could be missing")
-    bench = laid_out(base, programs, effects, shelf)
+    bench = laid_out(Fitted(base, programs), effects, running.shelf)
     everything = np.concatenate([bench.traces, bench.bumps.columns], axis=1)
     base = refined(with_weights(base, facts(base, everything)))
-    return _steps(base, bench, seed, report)
+    return _steps(Turn(Fitted(base, programs), bench, running))
 
 
 def weigh(local: Local, bench: Bench, seed: int) -> Explained:
@@ -157,29 +159,50 @@ def weigh(local: Local, bench: Bench, seed: int) -> Explained:
     return explain(listed, bench.bumps.target, screen(around, columns), seed)
 
 
-def _steps(base: Local, bench: Bench, seed: int, report: Report) -> Outcome:
-    steps: list[Step] = []
-    local = base
-    found = weigh(local, bench, seed)
-    said = odds(found)
-    while len(steps) < MOST_STEPS and _missing(found, said):
-        said, refits = _fitted_in_full(local, bench, found, report)
-        if not _missing(found, said):
+@dataclasses.dataclass(frozen=True)
+class Turn:
+    """One turn of the workflow: a fit, and what is weighed around it."""
+
+    fit: Fitted
+    bench: Bench
+    running: Running
+
+    @cached_property
+    def found(self) -> Explained:
+        """Every explanation of what the fit leaves over."""
+        return weigh(self.fit.local, self.bench, self.running.seed)
+
+    def refit(self, name: str) -> Refit:
+        """Fit the model with an effect added."""
+        self.running.report(f"fitting {name}")
+        return refit(self.fit, self.found, name)
+
+    def after(self, one: Refit) -> "Turn":
+        """Return the turn that follows where an effect was added."""
+        self.running.report(f"what {one.candidate.effect.name} leaves over")
+        return dataclasses.replace(self, fit=Fitted(one.after, self.fit.programs))
+
+
+def _steps(turn: Turn) -> Outcome:
+    base, steps = turn.fit.local, []
+    said = odds(turn.found)
+    while len(steps) < MOST_STEPS and _missing(turn.found, said):
+        said, refits = _fitted_in_full(turn)
+        if not _missing(turn.found, said):
             break
-        steps.append(_step(local, bench, found, said, refits))
+        steps.append(_step(turn, said, refits))
         if steps[-1].chosen is None:
             break
-        local = refits[steps[-1].chosen].after
-        report(f"what {steps[-1].chosen} leaves over")
-        found = weigh(local, bench, seed)
-        said = odds(found)
-    return Outcome(base, bench, tuple(steps), found, dict(said.probability), local)
+        turn = turn.after(refits[steps[-1].chosen])
+        said = odds(turn.found)
+    return Outcome(
+        base, turn.bench, tuple(steps), turn.found, dict(said.probability), turn.fit.local
+    )
 
 
-def _fitted_in_full(
-    local: Local, bench: Bench, found: Explained, report: Report
-) -> tuple[Odds, dict[str, Refit]]:
+def _fitted_in_full(turn: Turn) -> tuple[Odds, dict[str, Refit]]:
     """Fit the few best effects in full, and the one that is then the likeliest in any case."""
+    found = turn.found
     both, refits = pairs(found), {}
 
     def said() -> Odds:
@@ -188,11 +211,11 @@ def _fitted_in_full(
 
     for name in worth_refitting(said().evidence, found.effects):
         if not _twins(found, refits, name):
-            refits[name] = refit(local, bench.programs, found, name, report)
+            refits[name] = turn.refit(name)
     now = said()
     first = max(now.evidence, key=lambda name: now.evidence[name], default="")
     if refits and first not in refits and _twins(found, refits, first):
-        refits[first] = refit(local, bench.programs, found, first, report)
+        refits[first] = turn.refit(first)
         now = said()
     return now, refits
 
@@ -220,16 +243,16 @@ def _missing(found: Explained, said: Odds) -> bool:
     return said.nothing < LIKELIER and found.p_value < SIGNIFICANT
 
 
-def _step(
-    local: Local, bench: Bench, found: Explained, said: Odds, refits: dict[str, Refit]
-) -> Step:
+def _step(turn: Turn, said: Odds, refits: dict[str, Refit]) -> Step:
+    found, local = turn.found, turn.fit.local
     verdict, probability = verdict_of(found, said), dict(said.probability)
     chosen = max(refits, key=lambda n: probability[n], default=None)
     if verdict == "unnamed" or chosen is None:
-        target, change = _hidden(found, bench, local)
+        hidden = found.inferred(local, turn.bench.bumps)
+        change = _changed(local, hidden.own.columns @ hidden.mean)
         gain = local.terms.score * change - 0.5 * local.terms.bend * change**2
-        there = place(local, gain, change)
-        return Step("unnamed", found, probability, refits, None, there, target.equation, None, 0.0)
+        there, equation = place(local, gain, change), hidden.hidden.about.equation
+        return Step("unnamed", found, probability, refits, None, there, equation, None, 0.0)
     one = refits[chosen]
     gain = one.after.terms.value - one.before.terms.value
     change = one.before.residual - one.after.residual
@@ -248,32 +271,27 @@ def _step(
         one.candidate.effect.equation,
         judged,
         _placebo(found, chosen),
-        _further(local, bench, found, probability, chosen) if verdict != "named" else None,
+        _further(turn, probability, chosen) if verdict != "named" else None,
     )
 
 
-def _further(
-    local: Local, bench: Bench, found: Explained, probability: dict[str, float], chosen: str
-) -> str | None:
+def _further(turn: Turn, probability: dict[str, float], chosen: str) -> str | None:
     """The record that would part the likeliest effect from the next."""
+    found = turn.found
     rest = {k: v for k, v in probability.items() if k in found.effects and k != chosen}
     if not rest:
         return None
     mine, other = found.best_of(chosen), found.best_of(max(rest, key=lambda k: rest[k]))
     pair = found.listed[mine], found.listed[other]
     amplitude = float(found.screening.estimate[mine])
-    proposal = next_record(local, bench.programs, pair, amplitude)
+    proposal = next_record(turn.fit.local, turn.fit.programs, pair, amplitude)
     return None if proposal is None else proposal.sentence
 
 
-def _hidden(found: Explained, bench: Bench, local: Local) -> tuple[Target, np.ndarray]:
-    """The hidden thing that explains most, and what it changes once the fit has given way (n,)."""
-    target, bundle = found.likeliest
-    mean, _ = bundle.amplitudes(found.screening.slope)
-    columns = bundle.columns - len(found.listed)
-    change = bench.bumps.columns[:, columns] @ mean
+def _changed(local: Local, change: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+    """What something changes once the fit has given way."""
     pull = local.design.T @ (local.terms.bend * change)
-    return target, change - local.design @ np.linalg.solve(local.information, pull)
+    return change - local.design @ np.linalg.solve(local.information, pull)
 
 
 def _placebo(found: Explained, chosen: str) -> float:

@@ -1,62 +1,69 @@
-"""What acts on the rig, one physical cause a file."""
+"""What acts on the rig, one physical cause a file.
+
+Every effect that a module of this folder defines is in the catalogue: adding one is adding its
+file.
+"""
+
+import inspect
+from collections.abc import Iterator
+from importlib import import_module
+from pkgutil import iter_modules
 
 from rigid.effects.base import AbstractEffect, Action, State
-from rigid.effects.clock_offset import ClockOffset
-from rigid.effects.constant_force import ConstantForce
-from rigid.effects.coulomb_friction import CoulombFriction
 from rigid.effects.declare import ParameterInfo, PriorDescription
-from rigid.effects.direction_dependent_viscosity import DirectionDependentViscosity
-from rigid.effects.effective_area import EffectiveArea
-from rigid.effects.entrained_air import EntrainedAir
-from rigid.effects.free_root_plate import FreeRootPlate
-from rigid.effects.frequency_dependent_friction import FrequencyDependentFriction
-from rigid.effects.hose_pressure_drop import HosePressureDrop
-from rigid.effects.load_cell_drift import LoadCellDrift
-from rigid.effects.load_cell_spring import LoadCellSpring
-from rigid.effects.load_cell_stiffening import LoadCellStiffening
-from rigid.effects.lugre_friction import LuGreFriction
-from rigid.effects.oil_compressibility import OilCompressibility
-from rigid.effects.piston_leakage import PistonLeakage
-from rigid.effects.pressure_dependent_friction import PressureDependentFriction
-from rigid.effects.pump_curve import PumpCurve
-from rigid.effects.pump_ripple import PumpRipple
-from rigid.effects.pump_stage_switch import PumpStageSwitch
-from rigid.effects.return_spring import ReturnSpring
-from rigid.effects.seating_slack import SeatingSlack
-from rigid.effects.stribeck_friction import StribeckFriction
-from rigid.effects.stroke_sensor_lag import StrokeSensorLag
-from rigid.effects.valve_event import ValveEvent
-from rigid.effects.viscous_friction import ViscousFriction
+
+ORDER = (
+    "load-cell-spring",
+    "oil-compressibility",
+    "viscous-friction",
+    "pump-curve",
+    "coulomb-friction",
+    "stribeck-friction",
+    "lugre-friction",
+    "frequency-dependent-friction",
+    "pressure-dependent-friction",
+    "return-spring",
+    "effective-area",
+    "piston-leakage",
+    "entrained-air",
+    "hose-pressure-drop",
+    "pump-stage-switch",
+    "pump-ripple",
+    "valve-event",
+    "load-cell-stiffening",
+    "free-root-plate",
+    "seating-slack",
+    "stroke-sensor-lag",
+    "load-cell-drift",
+    "clock-offset",
+    "constant-force",
+    "direction-dependent-viscosity",
+)
+"""In which the catalogue lists what came with it; other effects follow by name."""
+
+
+def _defined() -> Iterator[type[AbstractEffect]]:
+    """Every effect of this folder that can act; `__main__` writes the page and defines none."""
+    for module in iter_modules(__path__, f"{__name__}."):
+        if module.name.endswith("__main__"):
+            continue
+        for member in vars(import_module(module.name)).values():
+            if (
+                isinstance(member, type)
+                and issubclass(member, AbstractEffect)
+                and member.__module__ == module.name
+                and not inspect.isabstract(member)
+            ):
+                yield member
+
+
+def _rank(effect: type[AbstractEffect]) -> tuple[int, str]:
+    known = effect.name in ORDER
+    return ORDER.index(effect.name) if known else len(ORDER), effect.name
+
 
 CATALOGUE: dict[str, type[AbstractEffect]] = {
-    effect.name: effect
-    for effect in (
-        LoadCellSpring,
-        OilCompressibility,
-        ViscousFriction,
-        PumpCurve,
-        CoulombFriction,
-        StribeckFriction,
-        LuGreFriction,
-        FrequencyDependentFriction,
-        PressureDependentFriction,
-        ReturnSpring,
-        EffectiveArea,
-        PistonLeakage,
-        EntrainedAir,
-        HosePressureDrop,
-        PumpStageSwitch,
-        PumpRipple,
-        ValveEvent,
-        LoadCellStiffening,
-        FreeRootPlate,
-        SeatingSlack,
-        StrokeSensorLag,
-        LoadCellDrift,
-        ClockOffset,
-        ConstantForce,
-        DirectionDependentViscosity,
-    )
+    effect.name: effect for effect in sorted(_defined(), key=_rank)
 }
 
 __all__ = [

@@ -12,6 +12,7 @@ from jax.typing import ArrayLike
 
 from rigid.effects.bristle import PRESLIDING
 from rigid.effects.declare import ParameterInfo
+from rigid.kinds import KINDS
 
 PLUNGER = "plunger-momentum"
 MOTION = "motion"
@@ -131,8 +132,9 @@ class AbstractEffect(eqx.Module):
     - `scales`: for each state of its own a typical value, in which solvers measure errors.
     - `steady`: whether the Jacobian of the motion hardly changes with anything but the oil column,
       so that the step matrices of the rig at rest serve everywhere.
-    - `kinds`: of records in which it acts; None for all of the rig, and for those of one moving
-      body alone (`MOTION`) if it pushes the plunger.
+    - `kinds`: of records in which it acts, by their names or traits ("slow": all that follow a
+      valve's programme); None for all of the rig, and for those of one moving body alone if it
+      pushes the plunger.
     - `bristle`: whether its one state relaxes at a rate that goes with the speed, and linearly in
       the state.
     - `beat`: of an effect that beats with the pump, the label of its frequency [Hz]. The angle at
@@ -183,8 +185,8 @@ class AbstractEffect(eqx.Module):
         rig's sensors are not there.
         """
         if cls.kinds is not None:
-            return kind in cls.kinds
-        return kind != MOTION or cls.equation == PLUNGER
+            return not KINDS[kind].traits().isdisjoint(cls.kinds)
+        return KINDS[kind].of_the_rig() or cls.equation == PLUNGER
 
     @classmethod
     def parameters(cls) -> tuple[ParameterInfo, ...]:

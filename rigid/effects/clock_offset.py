@@ -34,7 +34,7 @@ class ClockOffset(AbstractEffect):
         "paper, Construction of the hydraulic rig: a field computer and a CR6 logger both record"
     )
     steady: ClassVar[bool] = True
-    kinds: ClassVar[tuple[str, ...] | None] = ("frame", "free-run", "field")
+    kinds: ClassVar[tuple[str, ...] | None] = ("slow",)
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return nothing: the rig moves as it did."""

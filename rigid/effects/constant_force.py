@@ -36,7 +36,7 @@ class ConstantForce(AbstractEffect):
     phrase: ClassVar[str] = "a constant force on the plunger"
     source: ClassVar[str] = "paper, eq. (3), with a constant beside F_Ice"
     steady: ClassVar[bool] = True
-    kinds: ClassVar[tuple[str, ...] | None] = ("frame", "free-run", "field", MOTION)
+    kinds: ClassVar[tuple[str, ...] | None] = ("slow", MOTION)
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the force."""

@@ -40,7 +40,7 @@ class HosePressureDrop(AbstractEffect):
     )
     source: ClassVar[str] = "Hagen-Poiseuille, R = 128 eta L/(pi d^4)"
     steady: ClassVar[bool] = True
-    kinds: ClassVar[tuple[str, ...] | None] = ("frame", "free-run", "field")
+    kinds: ClassVar[tuple[str, ...] | None] = ("slow",)
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return nothing: it acts on the gauge alone."""

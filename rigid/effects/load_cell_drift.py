@@ -35,7 +35,7 @@ class LoadCellDrift(AbstractEffect):
     source: ClassVar[str] = "first term in time of a zero that follows the cell's temperature"
     steady: ClassVar[bool] = True
     scales: ClassVar[tuple[float, ...]] = (1e2,)
-    kinds: ClassVar[tuple[str, ...] | None] = ("frame", "free-run", "field")
+    kinds: ClassVar[tuple[str, ...] | None] = ("slow",)
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return how fast the zero moves."""

@@ -42,7 +42,7 @@ class PumpRipple(AbstractEffect):
     source: ClassVar[str] = (
         "first harmonic of a periodic delivery; Merritt 1967, ch. 4, pump ripple"
     )
-    kinds: ClassVar[tuple[str, ...] | None] = ("frame", "free-run", "field")
+    kinds: ClassVar[tuple[str, ...] | None] = ("slow",)
     beat: ClassVar[str | None] = "f_ripple"
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002

@@ -56,7 +56,7 @@ class PumpStageSwitch(AbstractEffect):
         "cylinder, 136 bar, where eq. (22) has 700 bar (the prior: anything between); flows and "
         "width of eq. (22)"
     )
-    kinds: ClassVar[tuple[str, ...] | None] = ("frame", "free-run", "field")
+    kinds: ClassVar[tuple[str, ...] | None] = ("slow",)
     threshold: ClassVar[str | None] = "p_stage"
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002

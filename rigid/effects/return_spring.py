@@ -51,7 +51,7 @@ class ReturnSpring(AbstractEffect):
         "Hooke's law with a preload; the paper's eq. (18) puts all of S p in a free run to "
         "friction and leaves out the rod side"
     )
-    kinds: ClassVar[tuple[str, ...] | None] = ("frame", "free-run", "field")
+    kinds: ClassVar[tuple[str, ...] | None] = ("slow",)
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the force of the spring."""

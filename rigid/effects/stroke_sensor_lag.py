@@ -39,7 +39,7 @@ class StrokeSensorLag(AbstractEffect):
     source: ClassVar[str] = "first-order low pass, as signal conditioners have it"
     steady: ClassVar[bool] = True
     scales: ClassVar[tuple[float, ...]] = (1e-2,)
-    kinds: ClassVar[tuple[str, ...] | None] = ("frame", "free-run", "field")
+    kinds: ClassVar[tuple[str, ...] | None] = ("slow",)
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:
         """Return how the filtered speed follows that of the plunger."""

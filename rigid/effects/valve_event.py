@@ -54,7 +54,7 @@ class ValveEvent(AbstractEffect):
         "paper, eq. (4): kappa depends on time; Numerical simulations: the valve of cylinder B was "
         "moved by hand during the test"
     )
-    kinds: ClassVar[tuple[str, ...] | None] = ("frame", "free-run", "field")
+    kinds: ClassVar[tuple[str, ...] | None] = ("slow",)
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the flow that the valve lets through more."""

@@ -7,8 +7,8 @@ the two is then not a shared mistake.
 
 from rigid.generator.campaign import campaign
 from rigid.generator.conditions import Conditions
+from rigid.generator.core import Action, Motion, Piece
 from rigid.generator.draw import Truth, draw
-from rigid.generator.plant import Action, Motion, Piece
 
 __all__ = [
     "Action",

@@ -9,9 +9,9 @@ import numpy as np
 
 from rigid.generator.conditions import NOMINAL, Conditions, under
 from rigid.generator.constants import TRUTH_RATE
+from rigid.generator.core import Piece, Run
 from rigid.generator.draw import Secret, Truth, draw, stream
-from rigid.generator.plant import TOLERANCE, Piece, trajectory
-from rigid.generator.schedule import Run
+from rigid.generator.plant import TOLERANCE, trajectory
 from rigid.generator.sensors import spikes, unit_noise
 from rigid.generator.simulate import Readings, acting, plant_of, simulate
 from rigid.generator.specs import file_name, write_specs

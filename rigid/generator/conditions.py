@@ -4,9 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rigid.generator.core import Piece
 from rigid.generator.draw import Secret, Truth
 from rigid.generator.hidden import Hidden
-from rigid.generator.plant import Piece
 from rigid.generator.sensors import Flaws
 from rigid.generator.simulate import acting, simulate
 

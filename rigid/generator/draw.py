@@ -7,9 +7,9 @@ from dataclasses import asdict, dataclass, field
 import numpy as np
 
 from rigid.generator.constants import BAR, COUNT, PSI
+from rigid.generator.core import Rig, Run
 from rigid.generator.friction import Friction
-from rigid.generator.plant import Rig
-from rigid.generator.schedule import Run, schedule
+from rigid.generator.schedule import schedule
 from rigid.generator.sensors import Flaws, Sensor
 
 # Normal laws: (nominal, relative standard deviation). Sources: eq. (1) and (15) for the values,

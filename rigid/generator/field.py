@@ -11,9 +11,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rigid.generator.constants import SLOW_RATE
+from rigid.generator.core import Piece, Rig, Run, Switch
 from rigid.generator.friction import Friction
-from rigid.generator.plant import Piece, Plant, Rig, readings, trajectory
-from rigid.generator.schedule import FIELD_FRACTIONS, Run, Switch
+from rigid.generator.pieces import pieces_of
+from rigid.generator.plant import Plant, readings, trajectory
+from rigid.generator.schedule import FIELD_FRACTIONS
 from rigid.generator.sensors import Sensor
 
 FINE = 4  # instants of the truth in one sampling interval
@@ -139,7 +141,7 @@ def record(
     """Run a field test; `told`: its drops, and the random numbers of the sensors' noise."""
     drops, rng = told
     acting = tuple(one for piece in hidden for one in piece.within(rig, run))
-    plant = Plant(rig, (friction, *run.pieces(rig), *acting))
+    plant = Plant(rig, (friction, *pieces_of(run, rig), *acting))
     time = np.arange(round(run.duration * SLOW_RATE) * FINE + 1) / (SLOW_RATE * FINE)
     motion = trajectory(plant, plant.balanced() if acting else plant.at_rest(), time)
     ideal = readings(plant, motion, time)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from math import pi
 from typing import no_type_check
 
-from rigid.generator.plant import Action, Motion, Piece
+from rigid.generator.core import Action, Motion, Piece
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import no_type_check
 import numpy as np
 
 from rigid.generator.constants import BAR, LITRE_PER_MINUTE, P_MAX
-from rigid.generator.plant import Action, Motion, Piece
+from rigid.generator.core import Action, Motion, Piece, Rig, Run
 
 
 @no_type_check  # see Plant.rates
@@ -80,3 +80,13 @@ class Ice(Piece):
             return Action(on_plunger=-float(np.interp(t, self.times, self.loads)))
         (start, end), (first, last) = self.times, self.loads
         return Action(on_plunger=-(first + (last - first) * (t - start) / (end - start)))
+
+
+def pieces_of(run: Run, rig: Rig) -> tuple[Piece, ...]:
+    """Pump and outer load of a run."""
+    fractions = {"open": run.kappa, "shut": 0.0, "tank": run.kappa_tank}
+    untils = tuple(switch.until for switch in run.valve)
+    pump = Pump(untils, tuple(fractions[switch.position] for switch in run.valve))
+    outer = (Frame(rig.k_frame),) if run.kind == "frame" else ()
+    ice = (Ice(*run.ice),) if run.ice else ()
+    return (pump, *outer, *ice)

@@ -10,119 +10,22 @@ any effect that is to be hidden in the data) is a `Piece`.
 Source: eqs. (2)-(9), (21) of the paper, with the signs of (8) kept throughout.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import accumulate, pairwise
-from typing import TYPE_CHECKING, NamedTuple, no_type_check
+from typing import NamedTuple, no_type_check
 
 import numpy as np
 from scipy.integrate import odeint
 
 from rigid.generator.constants import AREA
-
-if TYPE_CHECKING:
-    from rigid.generator.schedule import Run
+from rigid.generator.core import Motion, Piece, Rig, Seen
 
 CORE_STATES = 5
 NEWTON_STEPS = 4  # to rest; a stiffening spring is solved to rounding in four
 REST_STEPS = (1e-7, 1e2)  # m and Pa, over which slopes at rest are taken
 TOLERANCE = 1e-9
 """Relative error that the solver allows itself a step, unless a campaign asks for another."""
-
-
-class Motion(NamedTuple):
-    """State of the core: positions and speeds [m, m/s], positive toward the ice; pressure [Pa]."""
-
-    x_hc: float
-    v_hc: float
-    x_pl: float
-    v_pl: float
-    p: float
-
-
-class Action(NamedTuple):
-    """What a piece does at one instant.
-
-    - on_cylinder, on_plunger: forces [N], positive toward the ice
-    - flow: oil through the hose into the chamber [m^3/s]
-    - compliance: volume the chamber gains per pressure beside that of the oil [m^3/Pa]
-    - rates: time derivatives of the states that the piece keeps for itself
-    - loss: oil that leaves the chamber by another way than the hose [m^3/s]
-    """
-
-    on_cylinder: float = 0.0
-    on_plunger: float = 0.0
-    flow: float = 0.0
-    compliance: float = 0.0
-    rates: tuple[float, ...] = ()
-    loss: float = 0.0
-
-
-class Seen(NamedTuple):
-    """What sensors can answer to, at the instants of the readings.
-
-    - times: (n,) s; motion: the core's states, (n,) each
-    - own: (states, n) of the piece that reads; flow: (n,) oil through the hose [m^3/s]
-    """
-
-    times: np.ndarray
-    motion: Motion
-    own: np.ndarray
-    flow: np.ndarray
-
-
-class Piece:
-    """One physical cause. A subclass overrides what it has; the defaults do nothing."""
-
-    states: int = 0
-
-    def breaks(self) -> tuple[float, ...]:
-        """Times [s] at which the piece is not smooth; the solver restarts there."""
-        return ()
-
-    def during(self, start: float, end: float) -> "Piece":  # noqa: ARG002 - for subclasses
-        """Give the piece as it is between two neighbouring breaks, smooth up to both ends."""
-        return self
-
-    def act(self, t: float, motion: Motion, own: list[float]) -> Action:  # noqa: ARG002
-        """Forces and flow at time t; `own` holds the states that the piece keeps."""
-        return Action()
-
-    def read(self, seen: Seen, readings: dict[str, np.ndarray]) -> dict[str, np.ndarray]:  # noqa: ARG002
-        """Distort what perfect sensors would have read (channel -> SI values)."""
-        return readings
-
-    def delays(self) -> Mapping[str, float]:
-        """By how much [s] channels are read late (channel -> time, negative: early)."""
-        return {}
-
-    def within(self, rig: "Rig", run: "Run") -> "tuple[Piece, ...]":  # noqa: ARG002
-        """Give the pieces that stand for this one in a run; a cause may be absent from some."""
-        return (self,)
-
-
-@dataclass(frozen=True)
-class Rig:
-    """The core's numbers, SI. `k_frame` is that of the frame both cylinders are tested in."""
-
-    k_LC: float
-    k_oil: float
-    L_0: float
-    M_HC: float
-    M_Pl: float
-    M_Fl: float
-    k_frame: float
-
-    @cached_property
-    def mass_cylinder(self) -> float:
-        """M_HC - M_Pl [kg], eq. (2)."""
-        return self.M_HC - self.M_Pl
-
-    @cached_property
-    def mass_plunger(self) -> float:
-        """M_Pl + M_Fl / 2 [kg], eq. (3): the plunger carries half the plate."""
-        return self.M_Pl + self.M_Fl / 2
 
 
 @dataclass(frozen=True)

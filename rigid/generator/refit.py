@@ -13,9 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from rigid.generator.constants import FAST_RATE
+from rigid.generator.core import Piece, Run
 from rigid.generator.draw import NORMAL, SENSORS, Truth
-from rigid.generator.plant import Piece
-from rigid.generator.schedule import Run
 from rigid.generator.simulate import sampling_times, simulate
 from rigid.generator.stacked import side_by_side
 

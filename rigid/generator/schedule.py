@@ -1,70 +1,14 @@
 """The records of a campaign: who runs when with the valve where, and under what outer load."""
 
-from dataclasses import dataclass, field
-
 import numpy as np
 
 from rigid.generator.constants import AREA
-from rigid.generator.pieces import Frame, Ice, Pump, pump_flow
-from rigid.generator.plant import Piece, Rig
+from rigid.generator.core import Rig, Run, Switch
+from rigid.generator.pieces import pump_flow
 
 PRELOAD = 6000.0  # N, the load in the top cylinder at which the hook was released
 FREE_RUN_FRACTIONS = (0.25, 0.12, 0.06)  # three clearly different settings of the hose's valve
 FIELD_FRACTIONS = {"A": 0.2, "B": 0.12}  # the paper's simulations of the field test
-
-
-@dataclass(frozen=True)
-class Switch:
-    """The valve is at `position` (open, shut, tank) until a time [s] after the first row."""
-
-    until: float
-    position: str
-
-
-@dataclass(frozen=True)
-class Run:
-    """One cylinder in one record, as it was.
-
-    - valve: the programme; the last entry's `until` is the end of the record
-    - kappa, kappa_tank: flow fractions with the valve open (> 0) and to the tank (< 0)
-    - preload: the true load before a release [N]; release_time [s] after the first row
-    - file_start: what the file's own time reads at the first row [s], where it counts seconds
-    - ice: knots of the ice load, times [s] and loads [N]
-    """
-
-    name: str
-    kind: str
-    cylinder: str
-    duration: float
-    valve: tuple[Switch, ...]
-    kappa: float | None = None
-    kappa_tank: float | None = None
-    preload: float | None = None
-    release_time: float | None = None
-    file_start: float = 0.0
-    ice: tuple[tuple[float, ...], tuple[float, ...]] | None = field(default=None, repr=False)
-
-    def ice_load(self, times: np.ndarray) -> np.ndarray:
-        """Compressive ice load [N] at times [s]; zero where there is no ice."""
-        if self.ice is None:
-            return np.zeros(times.size)
-        knots, loads = self.ice
-        return np.interp(times, knots, loads)
-
-    def hook(self) -> tuple[float, float]:
-        """Preload [N] and time [s] of a release; raises ValueError for another kind of run."""
-        if self.preload is None or self.release_time is None:
-            raise ValueError(f"{self.name} is a {self.kind} record, not a release")
-        return self.preload, self.release_time
-
-    def pieces(self, rig: Rig) -> tuple[Piece, ...]:
-        """Pump and outer load of this run."""
-        fractions = {"open": self.kappa, "shut": 0.0, "tank": self.kappa_tank}
-        untils = tuple(switch.until for switch in self.valve)
-        pump = Pump(untils, tuple(fractions[switch.position] for switch in self.valve))
-        outer = (Frame(rig.k_frame),) if self.kind == "frame" else ()
-        ice = (Ice(*self.ice),) if self.ice else ()
-        return (pump, *outer, *ice)
 
 
 def frame_run(

@@ -5,9 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from rigid.generator.constants import AREA, FAST_RATE, SLOW_RATE
+from rigid.generator.core import Piece, Run
 from rigid.generator.draw import Truth
-from rigid.generator.plant import TOLERANCE, Piece, Plant, Trajectory, readings, trajectory
-from rigid.generator.schedule import Run
+from rigid.generator.pieces import pieces_of
+from rigid.generator.plant import TOLERANCE, Plant, Trajectory, readings, trajectory
 
 
 class Readings(NamedTuple):
@@ -19,7 +20,9 @@ class Readings(NamedTuple):
 
 def plant_of(truth: Truth, run: Run, hidden: tuple[Piece, ...] = ()) -> Plant:
     """Assemble the cylinder as it is in this run."""
-    return Plant(truth.rig, (truth.friction, *run.pieces(truth.rig), *acting(truth, run, hidden)))
+    return Plant(
+        truth.rig, (truth.friction, *pieces_of(run, truth.rig), *acting(truth, run, hidden))
+    )
 
 
 def acting(truth: Truth, run: Run, hidden: tuple[Piece, ...]) -> tuple[Piece, ...]:

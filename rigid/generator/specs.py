@@ -5,8 +5,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from rigid.generator.constants import COUNT
+from rigid.generator.core import Run
 from rigid.generator.draw import Truth
-from rigid.generator.schedule import PRELOAD, Run
+from rigid.generator.schedule import PRELOAD
 from rigid.generator.writers import column
 
 BASE_EFFECTS = ("load-cell-spring", "oil-compressibility", "viscous-friction", "pump-curve")

@@ -15,9 +15,9 @@ from typing import Any, no_type_check
 import numpy as np
 from scipy.integrate import odeint
 
+from rigid.generator.core import Run
 from rigid.generator.draw import Truth
 from rigid.generator.plant import TOLERANCE, Plant, Trajectory, absolute_tolerance, readings
-from rigid.generator.schedule import Run
 from rigid.generator.simulate import plant_of, sampling_times
 
 

@@ -18,9 +18,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rigid.generator.core import Piece
 from rigid.generator.draw import Truth
 from rigid.generator.hidden import Hidden
-from rigid.generator.plant import Piece
 from rigid.generator.refit import Key, Layout, change, constants, moved, noiseless, slopes
 
 TOLERANCE = 0.05  # relative, of a strength that is asked for

@@ -8,6 +8,7 @@ import numpy as np
 from rigid.inference.calibrate import Calibrated
 from rigid.inference.derived import values_of
 from rigid.inference.search import refit
+from rigid.kinds import KINDS
 from rigid.likelihood.assemble import assemble
 from rigid.spec import Spec
 
@@ -40,7 +41,7 @@ class Alternative:
 
 def alternatives(spec: Spec, done: Calibrated) -> tuple[Alternative, ...]:
     """k_LC for either count of the frame's beams, eq. (15); the other one by a Gaussian refit."""
-    framed = any(r.kind == "frame" for r in done.records)
+    framed = any(KINDS[r.kind].contact == "frame" for r in done.records)
     if not framed or spec.rig.k_frame is not None or "k_LC" not in done.values:
         return ()
     out = []

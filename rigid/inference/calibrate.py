@@ -9,7 +9,7 @@ from pathlib import Path
 
 import jax.numpy as jnp
 import numpy as np
-from tqdm import tqdm
+from tqdm.auto import tqdm
 
 from rigid import __version__
 from rigid.inference.adaptation import LEAST_WEIGHT, adapted

@@ -5,9 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from rigid.inference.derived import LEVELS, Channel
-
-KINDS = {"frame": "frame", "free-run": "free run", "release": "release"}
-"""Kinds of records by what the figure calls them."""
+from rigid.kinds import KINDS
 
 OUTSIDE = 0.05
 """Part of the energy that lies below a band, and part that lies above it."""
@@ -26,12 +24,13 @@ def excited(channels: Iterable[Channel]) -> tuple[Band, ...]:
     bands: dict[str, list[tuple[float, float]]] = {}
     for channel in channels:
         spectrum = _velocity(channel)
-        if channel.kind in KINDS and spectrum is not None:
+        if KINDS[channel.kind].excites and spectrum is not None:
             bands.setdefault(channel.kind, []).append(_middle(*spectrum))
+    listed = sorted(KINDS.values(), key=lambda kind: kind.solver != "slow")  # low frequencies first
     return tuple(
-        (label, min(low for low, _ in bands[kind]), max(high for _, high in bands[kind]))
-        for kind, label in KINDS.items()
-        if kind in bands
+        (kind.excites, min(low for low, _ in found), max(high for _, high in found))
+        for kind in listed
+        if (found := bands.get(kind.name))
     )
 
 

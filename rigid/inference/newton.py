@@ -188,7 +188,10 @@ class ScoringSolver(optx.AbstractMinimiser):
     atol: float = CLOSE
     norm: Any = optx.max_norm
 
-    def init(self, fn: Any, y: Array, args: Any, options: Any, *structs: Any) -> _State:
+    # Arguments that neither needs are taken together.
+    def init(  # pyright: ignore[reportIncompatibleMethodOverride]
+        self, fn: Any, y: Array, args: Any, options: Any, *structs: Any
+    ) -> _State:
         """Begin with an expansion of nothing, which the first step replaces."""
         del fn, args, options
         _, aux_struct, _ = structs
@@ -229,7 +232,7 @@ class ScoringSolver(optx.AbstractMinimiser):
         del fn, y, args, options, tags
         return state.done, optx.RESULTS.successful
 
-    def postprocess(
+    def postprocess(  # pyright: ignore[reportIncompatibleMethodOverride]
         self, fn: Any, y: Array, aux: Any, args: Any, options: Any, *rest: Any
     ) -> tuple[Array, Any, dict[str, Any]]:
         """Hand over value, gradient and information at the end."""

@@ -31,13 +31,22 @@ def save_posterior(
     Raises ValueError for a variable without a unit, EnvironmentFaultError when the disk does not
     take the file.
     """
+    tree = data_tree(groups, attrs)
+    with replacing(path) as temporary:
+        tree.to_netcdf(temporary, mode="w", engine=ENGINE)
+    tree.close()
+
+
+def data_tree(groups: Mapping[str, xr.Dataset], attrs: Mapping[str, Any]) -> xr.DataTree:
+    """The groups as one tree, as `load_posterior` reads it back.
+
+    Raises ValueError for a variable without a unit.
+    """
     for name, dataset in groups.items():
         _check_units(name, dataset)
     tree = xr.DataTree.from_dict({f"/{name}": dataset for name, dataset in groups.items()})
     tree.attrs = dict(attrs)
-    with replacing(path) as temporary:
-        tree.to_netcdf(temporary, mode="w", engine=ENGINE)
-    tree.close()
+    return tree
 
 
 def load_posterior(path: Path | str) -> xr.DataTree:

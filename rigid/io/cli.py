@@ -5,6 +5,7 @@ import contextlib
 import os
 import signal
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -84,7 +85,13 @@ def say(options: Options, line: str) -> None:
 
 @contextlib.contextmanager
 def signals() -> Iterator[None]:
-    """Turn SIGINT and SIGTERM into `Interrupted`, so that files are closed on the way out."""
+    """Turn SIGINT and SIGTERM into `Interrupted`, so that files are closed on the way out.
+
+    In the main thread; no other may set handlers, and it is not there that signals arrive.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
 
     def stop(number: int, _frame: FrameType | None) -> None:
         raise Interrupted(number)

@@ -3,8 +3,14 @@
 import os
 from pathlib import Path
 
+from rigid.io.errors import EnvironmentFaultError
+
 CACHE = "RIGID_CACHE"
 """Environment variable that names the folder of compiled programs; empty: none are kept."""
+
+
+NEVER = ("0", "false", "off", "no", "f", "n")
+"""Values of JAX_ENABLE_X64 with which JAX stays at 32 bits."""
 
 
 def cache_folder() -> Path | None:
@@ -17,15 +23,40 @@ def cache_folder() -> Path | None:
 
 
 def prepare() -> None:
-    """Set JAX up; call it before anything is compiled."""
+    """Set JAX up: 64-bit floats for the whole process, and a folder of compiled programs.
+
+    Call it before anything is compiled. Arrays that JAX made in 32 bits before stay as they are;
+    those of rigid are made afterwards. A folder that the user has chosen is kept.
+
+    Raises EnvironmentFaultError where the environment holds JAX to 32 bits.
+    """
+    if os.environ.get("JAX_ENABLE_X64", "").lower() in NEVER:
+        raise EnvironmentFaultError(
+            "the environment variable JAX_ENABLE_X64 holds JAX to 32 bits, in which likelihoods "
+            "are wrong by more than they differ; unset it or set it to 1"
+        )
     # Checks of equinox call back to Python, and JAX keeps no program that does.
     os.environ.setdefault("EQX_ON_ERROR", "nan")
     import jax
 
     jax.config.update("jax_enable_x64", True)
-    folder = cache_folder()
-    if folder is None:
+    folder, chosen = cache_folder(), jax.config.values.get("jax_compilation_cache_dir")
+    if folder is None or chosen is not None:
         return
     jax.config.update("jax_compilation_cache_dir", str(folder))
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.2)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", 0)
+
+
+def require_double() -> None:
+    """Refuse to compute in 32 bits.
+
+    Raises EnvironmentFaultError where JAX makes floats of 32 bits.
+    """
+    import jax.numpy as jnp
+
+    if jnp.result_type(float) != jnp.float64:
+        raise EnvironmentFaultError(
+            "JAX computes in 32 bits here, in which likelihoods are wrong by more than they "
+            "differ; call rigid.prepare() first, or jax.config.update('jax_enable_x64', True)"
+        )

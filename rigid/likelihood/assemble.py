@@ -5,12 +5,11 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 
 from rigid.effects import CATALOGUE, AbstractEffect
-from rigid.effects.base import MOTION
 from rigid.effects.declare import PriorDescription
 from rigid.io.errors import InputError
 from rigid.likelihood.channels import SensorSheet, make_pieces
 from rigid.likelihood.effect_lookup import effects_named
-from rigid.likelihood.groups import Grouping, beating, flow_label
+from rigid.likelihood.groups import GROUPS, Grouping, beating, flow_label
 from rigid.likelihood.parameters import Parameter, Parameters, collect, require_known
 from rigid.likelihood.priors import AbstractLaw, make_law
 from rigid.likelihood.problem import Problem
@@ -53,8 +52,8 @@ def assemble(spec: Spec, records: tuple[Record, ...]) -> Problem:
     """
     effects = chosen_effects(spec)
     laid = [make_track(r) for r in records]
-    tracks = tuple(track for track, _ in laid)
-    series = {track.label: series for track, series in laid}
+    tracks = tuple(one.track for one in laid)
+    series = {one.track.label: one.series for one in laid}
     if not tracks:
         raise InputError(f"{spec.path}: no record is fitted; a fit needs at least one")
     require_at_work(spec, effects, tracks)
@@ -82,7 +81,7 @@ def chosen_effects(spec: Spec) -> tuple[type[AbstractEffect], ...]:
 
 def of_the_rig(tracks: tuple[Track, ...]) -> bool:
     """Whether any record is of the rig, not of one body of some machine."""
-    return any(track.kind != MOTION for track in tracks)
+    return any(track.of.of_the_rig() for track in tracks)
 
 
 def require_at_work(
@@ -91,12 +90,14 @@ def require_at_work(
     """Refuse effects of the rig where every record is a motion."""
     if of_the_rig(tracks):
         return
+    kinds = dict.fromkeys(track.kind for track in tracks)
     for effect in effects:
-        if not effect.acts_in(MOTION):
-            able = ", ".join(name for name, one in CATALOGUE.items() if one.acts_in(MOTION))
+        if not any(map(effect.acts_in, kinds)):
+            able = (name for name, one in CATALOGUE.items() if any(map(one.acts_in, kinds)))
             raise InputError(
                 f"{spec.path} [model] effects: '{effect.name}' is of the rig, all records are "
-                f"motions; state effects = [...], of {able}"
+                f"{' or '.join(f'{kind}s' for kind in kinds)}; state effects = [...], of "
+                f"{', '.join(able)}"
             )
 
 
@@ -261,7 +262,7 @@ def _noise(
         (q, t.cylinder)
         for q in UNITS
         for t in tracks
-        if series[t.label].has(q) and (q == "acceleration") == (t.onset is not None)
+        if series[t.label].has(q) and q in GROUPS[t.of.solver].quantities
     )
     for quantity, cylinder in seen:
         label = f"noise[{quantity},{cylinder}]"

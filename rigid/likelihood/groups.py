@@ -10,6 +10,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from rigid.effects import AbstractEffect
+from rigid.kinds.base import Solver
 from rigid.likelihood.parameters import scoped
 from rigid.likelihood.tracks import Track
 from rigid.physics.rig import acting, build_rig
@@ -48,7 +49,7 @@ class SlowGroup(AbstractGroup):
         drives = tuple(t.drive for t in self.tracks if t.drive is not None)
         seen = scoped(values, self.tracks[0].scope)
         rig = build_rig(self.effects, seen)
-        framed = self.tracks[0].kind == "frame"
+        framed = self.tracks[0].of.contact == "frame"
         contact = seen["k_frame"] * (1.0 if framed else 0.0)
         fractions = self._fractions(values, contact)
         if rig.steady:
@@ -118,6 +119,13 @@ class MotionGroup(AbstractGroup):
         return {"force": inverse.force(inverse.build_body(self.effects, seen), along)}
 
 
+GROUPS: dict[Solver, type[SlowGroup | ReleaseGroup | MotionGroup]] = {
+    "slow": SlowGroup,
+    "release": ReleaseGroup,
+    "motion": MotionGroup,
+}
+
+
 def beating(effects: Iterable[type[AbstractEffect]], tracks: Iterable[Track]) -> dict[str, str]:
     """Label of the pump's angle when a track began, by label of the track.
 
@@ -174,11 +182,5 @@ class Grouping:
         groups = []
         for key in keys:
             members = tuple(t for t in tracks if self.key(t) == key)
-            present = self.acting(members[0])
-            if members[0].kind == "release":
-                groups.append(ReleaseGroup(members, present))
-            elif members[0].kind == "motion":
-                groups.append(MotionGroup(members, present))
-            else:
-                groups.append(SlowGroup(members, present))
+            groups.append(GROUPS[members[0].of.solver](members, self.acting(members[0])))
         return tuple(groups)

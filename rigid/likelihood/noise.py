@@ -107,7 +107,7 @@ class Quadratic(NamedTuple):
     h_both: Array
     h_zero: Array
 
-    def __add__(self, other: "Quadratic") -> "Quadratic":
+    def __add__(self, other: "Quadratic") -> "Quadratic":  # pyright: ignore[reportIncompatibleMethodOverride]
         """Add the samples of another record."""
         return Quadratic(*(a + b for a, b in zip(self, other, strict=True)))
 

@@ -12,6 +12,7 @@ import numpy as np
 from jax import Array
 
 from rigid.effects import AbstractEffect
+from rigid.io.runtime import require_double
 from rigid.likelihood.channels import Fitted, Piece, fitted
 from rigid.likelihood.groups import AbstractGroup
 from rigid.likelihood.parameters import Parameters
@@ -47,6 +48,9 @@ class Problem(eqx.Module):
     groups: tuple[AbstractGroup, ...]
     pieces: tuple[Piece, ...]
 
+    def __check_init__(self):
+        require_double()
+
     def predict(self, values: Mapping[str, Array]) -> list[dict[str, Array]]:
         """Ideal readings of every group, by quantity, (samples, tracks, walkers)."""
         return [group.predict(values) for group in self.groups]
@@ -57,7 +61,11 @@ class Problem(eqx.Module):
         return fitted(self.pieces, self.predict(values), values)
 
     def evaluate(self, z: Array) -> Evaluation:
-        """Evaluate z (walkers, size), with gains and zeros integrated out of the density."""
+        """Evaluate z (walkers, size), with gains and zeros integrated out of the density.
+
+        Raises EnvironmentFaultError where JAX computes in 32 bits.
+        """
+        require_double()
         found = self.fitted(z)
         prior = -0.5 * jnp.sum(z * z, axis=1) - 0.5 * self.parameters.size * LOG_2PI
         value = found.value + prior
@@ -82,7 +90,7 @@ class Problem(eqx.Module):
     @property
     def of_the_rig(self) -> bool:
         """Whether a record is of the rig; motions alone may be those of any machine."""
-        return any(t.kind != "motion" for t in self.tracks)
+        return any(t.of.of_the_rig() for t in self.tracks)
 
     @property
     def sensors(self) -> tuple[str, ...]:

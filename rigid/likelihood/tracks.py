@@ -1,14 +1,19 @@
 """A record as the model meets it, known before a fit: its grid, its valve, its samples."""
 
 import dataclasses
+from collections.abc import Callable
+from typing import NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
+from jaxtyping import Float
 
 from rigid.io.errors import InputError
-from rigid.records.motion import lay
+from rigid.kinds import KINDS, RecordKind, require_kind
+from rigid.kinds.base import Solver
+from rigid.likelihood.motion import lay
 from rigid.records.record import Record
 from rigid.solve.drive import Drive
 from rigid.solve.inverse import Along
@@ -39,16 +44,23 @@ ROUND_TO = 64
 
 @dataclasses.dataclass(frozen=True)
 class Series:
-    """What was read: `data` and `weight` by quantity, (samples,); weight 0 where nothing was."""
+    """What was read: `data` and `weight` by quantity; weight 0 where nothing was."""
 
-    data: dict[str, np.ndarray]
-    weight: dict[str, np.ndarray]
+    data: dict[str, Float[np.ndarray, " samples"]]
+    weight: dict[str, Float[np.ndarray, " samples"]]
+
+    @property
+    def samples(self) -> int:
+        """Samples of each quantity."""
+        return len(next(iter(self.data.values())))
 
     def has(self, quantity: str) -> bool:
         """Whether anything was read of a quantity."""
         return quantity in self.weight and bool(self.weight[quantity].any())
 
-    def padded(self, quantity: str, samples: int) -> tuple[np.ndarray, np.ndarray]:
+    def padded(
+        self, quantity: str, samples: int
+    ) -> tuple[Float[np.ndarray, " {samples}"], Float[np.ndarray, " {samples}"]]:
         """Data and weight of a quantity, followed by zeros up to `samples`."""
         room = (0, samples - len(self.data[quantity]))
         return np.pad(self.data[quantity], room), np.pad(self.weight[quantity], room)
@@ -90,6 +102,14 @@ class Track(eqx.Module):
     first: Array = eqx.field(converter=jnp.asarray)
     along: Along | None = None
 
+    def __check_init__(self):
+        require_kind(self.kind)
+
+    @property
+    def of(self) -> type[RecordKind]:
+        """What the record's kind says of itself."""
+        return KINDS[self.kind]
+
     @property
     def scope(self) -> tuple[str, str, str]:
         """What a parameter that varies can vary by."""
@@ -101,8 +121,8 @@ class Track(eqx.Module):
         return () if self.drive is None else tuple(sorted(set(self.drive.levels) - {0}))
 
     @property
-    def times(self) -> np.ndarray:
-        """Sample times [s], shape (samples,)."""
+    def times(self) -> Float[np.ndarray, " samples"]:
+        """Sample times [s]."""
         return float(self.first) + self.interval * np.arange(self.samples)
 
     @property
@@ -112,14 +132,40 @@ class Track(eqx.Module):
         return self.first + self.interval * self.onset
 
 
-def make_track(record: Record) -> tuple[Track, Series]:
+class Laid(NamedTuple):
+    """A record on its grid: what is known of it before a fit, and what was read."""
+
+    track: Track
+    series: Series
+
+
+def make_track(record: Record) -> Laid:
     """Lay a record on its grid.
 
     Raises InputError where its samples are not evenly spaced or do not fit its valve programme,
     or, of a motion, its corner.
     """
-    if record.kind == "motion":
-        return _motion(record)
+    return LAY[KINDS[record.kind].solver](record)
+
+
+def _track(record: Record, interval: float, samples: int, first: float, **more) -> Track:
+    """Return the track of a record; `more` is what only some solvers need."""
+    given = {"drive": None, "onset": None} | more
+    label = f"{record.name},{record.cylinder}"
+    return Track(
+        label=label,
+        name=record.name,
+        kind=record.kind,
+        cylinder=record.cylinder,
+        interval=interval,
+        samples=samples,
+        first=first,
+        **given,
+    )
+
+
+def _even(record: Record) -> tuple[Record, Series]:
+    """Return an evenly sampled record with its interval rounded, and its samples, gaps and all."""
     if not record.uniform:
         raise InputError(
             f"{record.path}: samples are not evenly spaced (median interval "
@@ -128,31 +174,20 @@ def make_track(record: Record) -> tuple[Track, Series]:
     # Rounded, so that records of one logger share a program whatever their last bits.
     record = dataclasses.replace(record, interval=float(f"{record.interval:.9g}"))
     at = np.round((record.time - record.time[0]) / record.interval).astype(int)
-    samples = int(at[-1]) + 1
     data, weight = {}, {}
     for quantity, channel in record.channels.items():
-        data[quantity], weight[quantity] = np.zeros(samples), np.zeros(samples)
+        data[quantity], weight[quantity] = np.zeros(at[-1] + 1), np.zeros(at[-1] + 1)
         data[quantity][at] = np.where(channel.valid, channel.values, 0.0)
         weight[quantity][at] = channel.valid
-    make = _release if record.kind == "release" else _slow
-    return make(record, Series(data, weight), samples)
+    return record, Series(data, weight)
 
 
-def _slow(record: Record, series: Series, samples: int) -> tuple[Track, Series]:
+def _slow(record: Record) -> Laid:
     """Lay a record with a valve programme."""
-    drive = _drive(record, samples)
-    track = Track(
-        label=f"{record.name},{record.cylinder}",
-        name=record.name,
-        kind=record.kind,
-        cylinder=record.cylinder,
-        interval=record.interval,
-        samples=samples,
-        drive=drive,
-        onset=None,
-        first=float(record.time[0]),
-    )
-    return track, series
+    record, series = _even(record)
+    drive = _drive(record, series.samples)
+    track = _track(record, record.interval, series.samples, float(record.time[0]), drive=drive)
+    return Laid(track, series)
 
 
 def _drive(record: Record, samples: int) -> Drive:
@@ -174,40 +209,28 @@ def _drive(record: Record, samples: int) -> Drive:
     return Drive(first, record.interval, samples, tuple(inside), tuple(levels[skipped:]))
 
 
-def _release(record: Record, series: Series, samples: int) -> tuple[Track, Series]:
+def _release(record: Record) -> Laid:
     """Lay a release, cut to a fixed lead before its onset."""
+    record, series = _even(record)
     onset = _onset(record, series)
-    length = -(-(QUIET_LEAD + samples - onset) // ROUND_TO) * ROUND_TO
-    track = Track(
-        label=f"{record.name},{record.cylinder}",
-        name=record.name,
-        kind=record.kind,
-        cylinder=record.cylinder,
-        interval=record.interval,
-        samples=length,
-        drive=None,
-        onset=QUIET_LEAD,
-        first=float(record.time[0]) + (onset - QUIET_LEAD) * record.interval,
-    )
-    return track, series.cut(onset - QUIET_LEAD, length)
+    length = -(-(QUIET_LEAD + series.samples - onset) // ROUND_TO) * ROUND_TO
+    first = float(record.time[0]) + (onset - QUIET_LEAD) * record.interval
+    track = _track(record, record.interval, length, first, onset=QUIET_LEAD)
+    return Laid(track, series.cut(onset - QUIET_LEAD, length))
 
 
-def _motion(record: Record) -> tuple[Track, Series]:
+def _motion(record: Record) -> Laid:
     """Lay a measured motion: what is explained is its force."""
     laid = lay(record)
-    track = Track(
-        label=f"{record.name},{record.cylinder}",
-        name=record.name,
-        kind=record.kind,
-        cylinder=record.cylinder,
-        interval=laid.interval,
-        samples=len(laid.force),
-        drive=None,
-        onset=None,
-        first=laid.first,
-        along=laid.along,
-    )
-    return track, Series({"force": laid.force}, {"force": laid.weight})
+    track = _track(record, laid.interval, len(laid.force), laid.first, along=laid.along)
+    return Laid(track, Series({"force": laid.force}, {"force": laid.weight}))
+
+
+LAY: dict[Solver, Callable[[Record], Laid]] = {
+    "slow": _slow,
+    "release": _release,
+    "motion": _motion,
+}
 
 
 def _onset(record: Record, series: Series) -> int:

@@ -4,19 +4,45 @@ Each adds a bump of unknown height to one equation, over time or over a state of
 height 0 they change nothing; what a bump would leave in the records is one forward derivative.
 """
 
+import dataclasses
+from collections.abc import Callable
 from typing import ClassVar
 
+import equinox as eqx
 import jax.numpy as jnp
 from jax import Array
 
 from rigid.effects.base import AbstractEffect, Action, State
 from rigid.effects.declare import fixed, parameter
 
-VARIABLES = ("time", "pressure", "stroke", "speed")
-"""What a hidden force or flow may follow."""
 
-UNITS = {"time": "s", "pressure": "Pa", "stroke": "m", "speed": "m/s", "load": "N",
-         "cylinder speed": "m/s"}  # fmt: skip
+@dataclasses.dataclass(frozen=True)
+class Abscissa:
+    """What something hidden goes by: its name, SI unit and symbol in formulas."""
+
+    name: str
+    unit: str
+    symbol: str = "y"
+
+
+@dataclasses.dataclass(frozen=True)
+class Followed(Abscissa):
+    """What a hidden force or flow goes by.
+
+    - `of`: gives it from the state of the rig. - `turns`: whether it changes its sign.
+    """
+
+    of: Callable[[State], Array | float] = lambda state: state.time
+    turns: bool = False
+
+
+TIME = Followed("time", "s", "t")
+PRESSURE = Followed("pressure", "Pa", "p", lambda state: state.pressure)
+STROKE = Followed("stroke", "m", "x", lambda state: state.stroke)
+SPEED = Followed("speed", "m/s", "v", lambda state: state.slip, turns=True)
+CYLINDER_SPEED = Followed("cylinder speed", "m/s", "v", lambda state: state.v_cylinder, turns=True)
+LOAD = Followed("load", "m", "x", lambda state: state.x_cylinder, turns=True)
+"""The load, as the displacement of the cylinder that goes with it."""
 
 
 def bump(value: Array | float, centre: Array, width: Array) -> Array:
@@ -24,16 +50,32 @@ def bump(value: Array | float, centre: Array, width: Array) -> Array:
     return jnp.maximum(0.0, 1.0 - jnp.abs(value - centre) / width)
 
 
-def followed(heights: Array, centre: Array, width: Array, state: State) -> Array:
-    """Sum of the bumps over time, pressure, stroke and speed, by their `heights` (4, ...)."""
-    seen = (state.time, state.pressure, state.stroke, state.slip)
-    return sum(
-        (h * bump(v, centre, width) for h, v in zip(heights, seen, strict=True)),
-        start=jnp.zeros(()),
-    )
+class AbstractHiddenInput(AbstractEffect):
+    """A bump of one force or flow.
+
+    - `heights`: over each of `followed`; `centre`, `width`: of the bump; declared in that order.
+    """
+
+    heights: eqx.AbstractVar[Array]
+    centre: eqx.AbstractVar[Array]
+    width: eqx.AbstractVar[Array]
+
+    followed: eqx.AbstractClassVar[tuple[Followed, ...]]
+    source: ClassVar[str] = "latent force; Alvarez, Luengo and Lawrence 2009, AISTATS 5, 9-16"
+    steady: ClassVar[bool] = True
+
+    def size(self, state: State) -> Array:
+        """Sum of the bumps over all that it may follow."""
+        return sum(
+            (
+                height * bump(one.of(state), self.centre, self.width)
+                for height, one in zip(self.heights, self.followed, strict=True)
+            ),
+            start=jnp.zeros(()),
+        )
 
 
-class HiddenForce(AbstractEffect):
+class HiddenForce(AbstractHiddenInput):
     """A force between plunger and cylinder [N]."""
 
     heights: Array = parameter("hidden_force", r"F_?", "N", *[fixed(0.0)] * 4, absent=0.0)
@@ -42,15 +84,15 @@ class HiddenForce(AbstractEffect):
 
     name: ClassVar[str] = "hidden-force"
     equation: ClassVar[str] = "plunger-momentum"
-    source: ClassVar[str] = "latent force; Alvarez, Luengo and Lawrence 2009, AISTATS 5, 9-16"
-    steady: ClassVar[bool] = True
+    phrase: ClassVar[str] = "hidden force on the plunger"
+    followed: ClassVar[tuple[Followed, ...]] = (TIME, PRESSURE, STROKE, SPEED)
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the force."""
-        return Action(between=followed(self.heights, self.centre, self.width, state))
+        return Action(between=self.size(state))
 
 
-class HiddenFlow(AbstractEffect):
+class HiddenFlow(AbstractHiddenInput):
     """A flow of oil into the chamber [m^3/s], whatever the valve."""
 
     heights: Array = parameter("hidden_flow", r"q_?", "m^3/s", *[fixed(0.0)] * 4, absent=0.0)
@@ -59,16 +101,16 @@ class HiddenFlow(AbstractEffect):
 
     name: ClassVar[str] = "hidden-flow"
     equation: ClassVar[str] = "oil-balance"
-    source: ClassVar[str] = "latent force; Alvarez, Luengo and Lawrence 2009, AISTATS 5, 9-16"
-    steady: ClassVar[bool] = True
-    kinds: ClassVar[tuple[str, ...] | None] = ("frame", "free-run", "field", "release")
+    phrase: ClassVar[str] = "hidden flow into the chamber"
+    followed: ClassVar[tuple[Followed, ...]] = (TIME, PRESSURE, STROKE, SPEED)
+    kinds: ClassVar[tuple[str, ...] | None] = ("slow", "release")
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the flow, as a leakage of the other sign."""
-        return Action(leakage=-followed(self.heights, self.centre, self.width, state))
+        return Action(leakage=-self.size(state))
 
 
-class HiddenDrag(AbstractEffect):
+class HiddenDrag(AbstractHiddenInput):
     """A force from outside on the cylinder [N] that the load cell does not read."""
 
     heights: Array = parameter("hidden_drag", r"F_{\mathrm{HC}?}", "N", *[fixed(0.0)] * 2,
@@ -78,18 +120,16 @@ class HiddenDrag(AbstractEffect):
 
     name: ClassVar[str] = "hidden-drag"
     equation: ClassVar[str] = "cylinder-momentum"
-    source: ClassVar[str] = "latent force; Alvarez, Luengo and Lawrence 2009, AISTATS 5, 9-16"
-    steady: ClassVar[bool] = True
-    kinds: ClassVar[tuple[str, ...] | None] = ("frame", "free-run", "field", "release")
+    phrase: ClassVar[str] = "hidden force on the cylinder"
+    followed: ClassVar[tuple[Followed, ...]] = (TIME, CYLINDER_SPEED)
+    kinds: ClassVar[tuple[str, ...] | None] = ("slow", "release")
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the force over time or over the speed of the cylinder."""
-        over_time = self.heights[0] * bump(state.time, self.centre, self.width)
-        over_speed = self.heights[1] * bump(state.v_cylinder, self.centre, self.width)
-        return Action(on_cylinder=over_time + over_speed)
+        return Action(on_cylinder=self.size(state))
 
 
-class HiddenSpring(AbstractEffect):
+class HiddenSpring(AbstractHiddenInput):
     """A force of the load-cell end on the cylinder [N] that the load cell reads."""
 
     heights: Array = parameter("hidden_spring", r"F_{\mathrm{LC}?}", "N", *[fixed(0.0)] * 2,
@@ -99,23 +139,18 @@ class HiddenSpring(AbstractEffect):
 
     name: ClassVar[str] = "hidden-spring"
     equation: ClassVar[str] = "load-cell"
-    source: ClassVar[str] = "latent force; Alvarez, Luengo and Lawrence 2009, AISTATS 5, 9-16"
-    steady: ClassVar[bool] = True
-    kinds: ClassVar[tuple[str, ...] | None] = ("frame", "free-run", "field", "release")
+    phrase: ClassVar[str] = "hidden force of the load-cell end"
+    followed: ClassVar[tuple[Followed, ...]] = (TIME, LOAD)
+    kinds: ClassVar[tuple[str, ...] | None] = ("slow", "release")
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the force over time or over the displacement of the cylinder."""
-        over_time = self.heights[0] * bump(state.time, self.centre, self.width)
-        over_place = self.heights[1] * bump(state.x_cylinder, self.centre, self.width)
-        return Action(load_cell=over_time + over_place)
+        return Action(load_cell=self.size(state))
 
 
-BY_KIND: dict[str, type[AbstractEffect]] = {
-    "force": HiddenForce,
-    "drag": HiddenDrag,
-    "flow": HiddenFlow,
-    "spring": HiddenSpring,
-}
-"""By what they add."""
-
-HIDDEN = tuple(BY_KIND.values())
+HIDDEN: tuple[type[AbstractHiddenInput], ...] = (
+    HiddenForce,
+    HiddenDrag,
+    HiddenFlow,
+    HiddenSpring,
+)

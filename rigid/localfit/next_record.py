@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import norm
 
+from rigid.kinds import KINDS
 from rigid.localfit.candidates import Candidate, standard_of
 from rigid.localfit.families import Family
 from rigid.localfit.local import Local, expand
@@ -13,12 +14,6 @@ from rigid.localfit.signature import traces
 
 FACTORS = {"kappa": (0.3, 3.0), "preload": (0.5, 2.0)}
 """By how much a record's own settings are varied."""
-WORDS = {
-    "free-run": "a free run",
-    "frame": "a frame compression",
-    "field": "a field test",
-    "release": "a quick release",
-}
 SETTINGS = {"kappa": "the flow fraction", "preload": "the preload"}
 
 
@@ -70,7 +65,7 @@ def worded(base: Local, number: int, name: str, factor: float) -> str:
     kind = next(c.kind for c in base.layout.channels if c.track == track)
     record, cylinder = track.split(",")
     return (
-        f"{WORDS.get(kind, kind)} like {record} (cylinder {cylinder}) at {factor:g} times "
+        f"{KINDS[kind].words} like {record} (cylinder {cylinder}) at {factor:g} times "
         f"{SETTINGS[name]}"
     )
 

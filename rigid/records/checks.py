@@ -5,8 +5,11 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
+from jaxtyping import Bool, Float, Int
 from scipy.stats import norm
 
+from rigid.kinds import RecordKind
+from rigid.kinds.base import SLOW_CHANNELS
 from rigid.records.defects import Defect, at_lines, runs
 from rigid.records.plausible import implausible, implausible_interval
 from rigid.records.units import contradiction
@@ -22,13 +25,6 @@ JUMP = 5.0  # a sensor that thaws jumps by so many steps, and times its usual ch
 COUPLED = 100.0  # steps that pressure may move while load stands still, or load while pressure does
 FLICKER_RUN = 200  # samples in which the noise of a healthy sensor changes the reading
 FLICKER_NOISE = 0.2  # of a step, for that to hold
-MUST_MOVE = {
-    "frame": ("load", "pressure"),
-    "release": ("acceleration", "load"),
-    "free-run": ("stroke",),
-    "field": (),
-    "motion": ("position", "force"),
-}
 
 
 @runtime_checkable
@@ -44,21 +40,21 @@ class Sheets(Protocol):
 class Run:
     """A record as the checks see it.
 
-    - time: (n,) s, increasing; rows: (n,) lines of the file
-    - values: quantity -> (n,) SI; units: quantity -> unit in the spec, `time` included
+    - kind: what was done; time: s, increasing; rows: lines of the file
+    - values: quantity -> SI; units: quantity -> unit in the spec, `time` included
     - stated: quantity -> known unit that the file itself gives, where it gives one
-    - stretch: (n,) number of the stretch of the valve; open_valve: (n,) bool
+    - stretch: number of the stretch of the valve; open_valve: whether it is open
     - longest_step: s, beyond which a step of the clock is a gap; None: GAP sampling intervals
     """
 
-    kind: str
-    time: np.ndarray
-    rows: np.ndarray
-    values: Mapping[str, np.ndarray]
+    kind: type[RecordKind]
+    time: Float[np.ndarray, " n"]
+    rows: Int[np.ndarray, " n"]
+    values: Mapping[str, Float[np.ndarray, " n"]]
     units: Mapping[str, str]
     stated: Mapping[str, str]
-    stretch: np.ndarray
-    open_valve: np.ndarray
+    stretch: Int[np.ndarray, " n"]
+    open_valve: Bool[np.ndarray, " n"]
     longest_step: float | None = None
 
 
@@ -211,7 +207,7 @@ def dead(run: Run, quantity: str, sensor: SensorSpec) -> Iterator[Defect]:
     flickers = (sensor is None or sensor.noise >= FLICKER_NOISE * sensor.step) and len(
         real
     ) >= FLICKER_RUN
-    if flickers or quantity in MUST_MOVE.get(run.kind, ()):
+    if flickers or quantity in run.kind.must_move:
         says = (
             f"lines {run.rows[0]} to {run.rows[-1]}: every sample reads {real[0]:.6g}; "
             "look at the sensor, or leave the channel out"
@@ -227,8 +223,8 @@ def frozen(run: Run, quantity: str, sensors: Sheets) -> Iterator[Defect]:
     and in a hold a coarse converter repeats itself, and so it may.
     """
     values = run.values[quantity]
-    rig = run.kind != "motion" and quantity in ("load", "stroke", "pressure")
-    if not rig or len(values) < 2:
+    watched = run.kind.of_the_rig() and quantity in SLOW_CHANNELS
+    if not watched or len(values) < 2:
         return
     change = np.diff(values)
     still = (change == 0) & run.open_valve[1:] & (np.diff(run.stretch) == 0)
@@ -266,7 +262,7 @@ def thaws(run: Run, quantity: str, last: int, step: float) -> bool:
 def left_behind(run: Run, quantity: str, when: slice, sensors: Sheets) -> bool:
     """Whether pressure moved far in a frame while load stood still, or the other way round."""
     other = {"load": "pressure", "pressure": "load"}.get(quantity)
-    if run.kind != "frame" or other is None or other not in run.values:
+    if run.kind.contact != "frame" or other is None or other not in run.values:
         return False
     seen = run.values[other][when]
     seen = seen[np.isfinite(seen)]

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 from scipy.special import erf
 
+from rigid.kinds import KINDS
 from rigid.records.checks import SATURATED_RUN, Sheets
 from rigid.records.defects import runs
 from rigid.records.record import Channel, Record
@@ -53,7 +54,7 @@ def without_ends(records: Sequence[Record], sensors: Sheets) -> tuple[Record, ..
     groups: dict[tuple[str, str], list[int]] = {}
     for number, record in enumerate(records):
         for quantity in record.channels:
-            if record.kind != "motion":
+            if KINDS[record.kind].of_the_rig():
                 groups.setdefault((quantity, record.cylinder), []).append(number)
     found = list(records)
     for (quantity, _), members in groups.items():

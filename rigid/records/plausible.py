@@ -3,26 +3,30 @@
 from collections.abc import Callable
 
 import numpy as np
+from jaxtyping import Float
 
+from rigid.kinds import RecordKind
 from rigid.records.units import COUNTS, DIMENSIONS, SI_NAMES, TIMESTAMP, UNITS
 from rigid.spec import SensorSpec
 
 TIME = "time"
 # Largest magnitude, in SI, on any rig of this kind.
 HIGHEST = {"load": 3e6, "stroke": 3.0, "pressure": 1e9, "acceleration": 2e4}
-# A frame is loaded: its load and pressure rise above these, in SI.
-FRAME_LOWEST = {"load": 1e3, "pressure": 1e3}
-# How far a channel travels at least, in SI, by kind of record.
-TRAVEL = {("frame", "stroke"): 20e-6, ("free-run", "stroke"): 1e-3}
-ABOVE_NOISE = 8.0  # times its noise, that a release moves the accelerometer at least
+ABOVE_NOISE = 8.0  # times its noise, that a channel rises which stands out of it
 FINEST = 0.01  # of the sensor's step or noise, whichever is larger: load changes by more
 LONGEST_INTERVAL, SHORTEST_INTERVAL = 0.999, 20e-6  # s; 1 s is too long, clocks are rounded
 
 
-def implausible(kind: str, quantity: str, values: np.ndarray, unit: str, sensor: SensorSpec) -> str:
+def implausible(
+    kind: type[RecordKind],
+    quantity: str,
+    values: Float[np.ndarray, " n"],
+    unit: str,
+    sensor: SensorSpec,
+) -> str:
     """Return what is implausible about the values and what would be plausible; empty if nothing.
 
-    - kind: of the record; values: (n,) SI; unit: in the file
+    - kind: of the record; values: SI; unit: in the file
     """
     says = _says(kind, quantity, values, sensor)
     if not says:
@@ -56,7 +60,7 @@ def implausible_interval(interval: float, unit: str) -> str:
     return f"the sampling interval, {interval:.4g} s, is implausibly {too}; {_advice(unit, better)}"
 
 
-def _says(kind: str, quantity: str, values: np.ndarray, sensor: SensorSpec) -> str:
+def _says(kind: type[RecordKind], quantity: str, values: np.ndarray, sensor: SensorSpec) -> str:
     """Return what is implausible, empty if nothing."""
     real = values[np.isfinite(values)]
     if len(real) == 0 or quantity not in HIGHEST:
@@ -65,22 +69,22 @@ def _says(kind: str, quantity: str, values: np.ndarray, sensor: SensorSpec) -> s
     highest, travel = float(np.max(np.abs(real))), float(np.ptp(real))
     if highest > HIGHEST[quantity]:
         return f"{quantity} of {highest:.4g} {si}, above {HIGHEST[quantity]:.4g} {si}"
-    lowest = FRAME_LOWEST.get(quantity, 0.0) if kind == "frame" else 0.0
+    lowest = kind.rises.get(quantity, 0.0)
     if highest < lowest:
-        return f"{quantity} of {highest:.4g} {si} at most, never {lowest:.4g} {si} in a frame"
-    least = TRAVEL.get((kind, quantity), 0.0)
+        return f"{quantity} of {highest:.4g} {si} at most, never {lowest:.4g} {si} in a {kind.name}"
+    least = kind.travels.get(quantity, 0.0)
     if 0 < travel < least:
         return f"{quantity} changes by {travel:.3g} {si} in all, less than {least:.3g} {si}"
     if quantity == "load" and highest < HIGHEST["load"] / 1000:
         grain, usual = _grain(real), max(sensor.step, sensor.noise)
         if 0 < grain < FINEST * usual:
             return f"load changes by {grain:.3g} N between samples, the sensor by {usual:.3g} N"
-    if quantity == "acceleration" and kind == "release" and travel > 0:
+    if quantity in kind.stands_out and travel > 0:
         peak = float(np.max(np.abs(real - np.median(real))))
         if peak <= ABOVE_NOISE * sensor.noise:
             return (
-                f"acceleration rises by {peak:.3g} {si}, not above {ABOVE_NOISE:g} times the "
-                f"sensor's noise of {sensor.noise:.3g} {si}: no release is seen"
+                f"{quantity} rises by {peak:.3g} {si}, not above {ABOVE_NOISE:g} times the "
+                f"sensor's noise of {sensor.noise:.3g} {si}: no {kind.name} is seen"
             )
     return ""
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from rigid.io.errors import InputError
+from rigid.kinds import KINDS
 from rigid.records import checks
 from rigid.records.converter import without_ends
 from rigid.records.defects import Defect, causes, settle
@@ -81,7 +82,7 @@ def read_record(
     raw, notes = _on_clock(spec, _convert(spec, source.table, where), where)
     time = raw.columns[TIME]
     interval, uniform = grid(time)
-    corner = (spec.corner or usual_corner(interval)) if spec.kind == "motion" else None
+    corner = None if KINDS[spec.kind].of_the_rig() else spec.corner or usual_corner(interval)
     if corner is not None and not uniform:
         notes += (UNEVEN.format(interval),)
     run = _as_checked(spec, raw, source.table, corner)
@@ -112,7 +113,7 @@ def _as_checked(spec: RecordSpec, raw: Raw, table: Table, corner: float | None) 
     """
     stretch, open_valve = checks.stretches(raw.columns[TIME], spec.valve)
     return checks.Run(
-        kind=spec.kind,
+        kind=KINDS[spec.kind],
         time=raw.columns[TIME],
         rows=raw.rows,
         values={quantity: v for quantity, v in raw.columns.items() if quantity != TIME},

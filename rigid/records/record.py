@@ -7,6 +7,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from rigid.kinds import require_kind
 from rigid.spec import Known, Stretch
 
 
@@ -62,6 +63,7 @@ class Record:
     corner: float | None = None
 
     def __post_init__(self):
+        require_kind(self.kind)
         object.__setattr__(self, "time", locked(self.time, np.float64))
         object.__setattr__(self, "channels", MappingProxyType(dict(self.channels)))
 

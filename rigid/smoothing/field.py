@@ -7,6 +7,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from rigid.io.errors import InputError
+from rigid.kinds import kinds_with
 from rigid.likelihood.tracks import make_track
 from rigid.records.read import read_records
 from rigid.records.record import Record
@@ -33,7 +34,7 @@ MOST_OFF = 6.0
 class Field:
     """One cylinder in one field record.
 
-    - `name`, `cylinder`; `sha256` of its file. - `first`, `interval` [s].
+    - `name`, `cylinder`, `kind`; `sha256` of its file. - `first`, `interval` [s].
     - `reading` (samples, 3) SI, `known` (samples, 3): 1 or 0, load, stroke and pressure.
     """
 
@@ -44,6 +45,7 @@ class Field:
     interval: float
     reading: np.ndarray
     known: np.ndarray
+    kind: str = "field"
 
     @property
     def samples(self) -> int:
@@ -103,6 +105,7 @@ def make_field(record: Record, spread: Mapping[str, float]) -> Field:
         interval=record.interval,
         reading=reading,
         known=known,
+        kind=record.kind,
     )
 
 
@@ -137,7 +140,7 @@ def read_fields(spec: Spec) -> tuple[tuple[Field, ...], ...]:
     }
     runs: dict[str, list[Field]] = {}
     problems = []
-    for record in read_records(spec, kinds=("field",)):
+    for record in read_records(spec, kinds=kinds_with("ice")):
         try:
             runs.setdefault(record.name, []).append(make_field(record, spread))
         except InputError as error:

@@ -14,6 +14,7 @@ from rigid.effects import AbstractEffect
 from rigid.inference.export import DIMENSIONS
 from rigid.inference.posterior import load_posterior
 from rigid.io.errors import InputError
+from rigid.kinds import KINDS
 from rigid.likelihood.assemble import chosen_effects, sheets
 from rigid.likelihood.parameters import scoped
 from rigid.physics.rig import PRESLIDING, build_rig
@@ -176,7 +177,7 @@ def _unknown_sensors(spec: Spec, law: Law, rng: np.random.Generator) -> dict[str
     """Gain, zero and noise of the field records' sensors that no calibration record read."""
     out, size = {}, law.size
     for record in spec.records:
-        for quantity in QUANTITIES if record.kind == "field" else ():
+        for quantity in QUANTITIES if KINDS[record.kind].contact == "ice" else ():
             place, sheet = f"[{quantity},{record.cylinder}]", sheets(spec)[quantity]
             if f"gain{place}" not in law.values:
                 out[f"gain{place}"] = sheet.gain_sd * rng.standard_normal(size)
@@ -192,7 +193,7 @@ def draws(law: Law, field: Field) -> Draws:
     Raises InputError where the posterior has no value of a parameter for field records.
     """
     seen = {n: np.array([v]) for n, v in LATER.items()}
-    seen |= scoped(law.values, ("field", field.cylinder, field.label))
+    seen |= scoped(law.values, (field.kind, field.cylinder, field.label))
     names = [*CORE, *LATER, *(n for e in law.effects for p in e.parameters() for n in p.labels)]
     for name in names:
         if name not in seen:

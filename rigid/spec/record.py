@@ -8,10 +8,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from rigid.kinds import KINDS, Position, RecordKind
 from rigid.spec.base import POSITIVE, Flag, Known, Number, Real, Value, Whole, is_number, uncertain
+from rigid.spec.sentences import unknown
 
-Position = Literal["open", "shut", "tank"]
-Kind = Literal["frame", "release", "free-run", "field", "motion"]
 Quantity = Literal["time", "load", "stroke", "pressure", "acceleration", "position", "force"]
 DefectName = Literal["time-not-increasing", "gap", "nan", "stuck", "saturated", "unit", "too-short"]
 """What can be wrong with a record and be accepted all the same; `rigid.records` finds it."""
@@ -25,6 +25,15 @@ def _column(given: Any) -> Any:
     if isinstance(given, (int, str)) and not isinstance(given, bool) and given != "":
         return given
     raise ValueError(f"must be the name of a column or its number from 1; found {given!r}")
+
+
+def _kind(given: Any) -> Any:
+    """Refuse what is no kind of record."""
+    if not isinstance(given, str):
+        raise ValueError(f"must be one of {', '.join(KINDS)}; found {given!r}")
+    if given not in KINDS:
+        raise ValueError(unknown("kind", given, KINDS))
+    return given
 
 
 class ChannelSpec(Value):
@@ -68,7 +77,7 @@ class RecordSpec(Value):
     """One cylinder in one measured run."""
 
     name: Name
-    kind: Kind
+    kind: Annotated[str, BeforeValidator(_kind)]
     cylinder: Name = "A"
     file: Path
     channels: Mapping[Quantity, ChannelSpec]
@@ -86,75 +95,68 @@ class RecordSpec(Value):
         """Fill what depends on the kind: the valve's programme and whether to fit."""
         if not isinstance(given, Mapping):
             return given
-        position = "shut" if given.get("kind") == "release" else "open"
-        valve = () if given.get("kind") == "motion" else ({"position": position},)
-        return {"valve": valve, "fit": given.get("kind") != "field"} | dict(given)
+        name = given.get("kind")
+        kind = KINDS.get(name, RecordKind) if isinstance(name, str) else RecordKind
+        valve = () if kind.valve is None else ({"position": kind.valve},)
+        return {"valve": valve, "fit": kind.fit} | dict(given)
 
     @model_validator(mode="after")
     def consistent(self) -> "RecordSpec":
         """Refuse what cannot be one run of this kind, each mistake in a sentence."""
-        _require_channels(self)
-        _require_release(self)
-        _require_motion(self)
-        if self.kind != "motion":
-            _require_programme(self.valve)
+        kind = KINDS[self.kind]
+        _require_channels(self, kind)
+        _require_own(self, kind)
+        _require_valve(self.valve, kind)
         if self.rows is not None and not 1 <= self.rows[0] <= self.rows[1]:
             raise ValueError("rows: the first line must be 1 or more, and not after the last")
+        if says := kind.fault(self):
+            raise ValueError(says)
         return self
 
 
-def _require_channels(record: RecordSpec) -> None:
-    """Refuse a record without a time or without anything to explain."""
+def _require_channels(record: RecordSpec, kind: type[RecordKind]) -> None:
+    """Refuse a record without a time or without anything to explain, and what its kind lacks."""
     if "time" not in record.channels:
         raise ValueError("channels needs an entry 'time'")
-    if record.kind == "release":
-        if "acceleration" not in record.channels:
-            raise ValueError("channels: a release needs an entry 'acceleration'")
-    elif record.kind == "motion":
-        for needed in ("position", "force"):
-            if needed not in record.channels:
-                raise ValueError(f"channels: a motion needs an entry '{needed}'")
-    elif record.kind == "field":
-        if len(record.channels) < 2:
-            raise ValueError("channels names no quantity beside time")
-    elif not {"load", "stroke", "pressure"} & set(record.channels):
-        raise ValueError(
-            f"channels: a {record.kind} needs at least one of 'load', 'stroke' and 'pressure'"
-        )
+    for needed in kind.needs:
+        if needed not in record.channels:
+            raise ValueError(f"channels: a {kind.name} needs an entry '{needed}'")
+    if kind.one_of and not set(kind.one_of) & set(record.channels):
+        *most, last = (f"'{quantity}'" for quantity in kind.one_of)
+        any_of = f"{', '.join(most)} and {last}" if most else last
+        raise ValueError(f"channels: a {kind.name} needs at least one of {any_of}")
+    if len(record.channels) < 2:
+        raise ValueError("channels names no quantity beside time")
+    for quantity in record.channels:
+        if quantity in kind.takes:
+            continue
+        if kind.takes != RecordKind.takes:
+            takes = ", ".join(kind.takes)
+            raise ValueError(f"channels: a {kind.name} has no '{quantity}'; it takes {takes}")
+        owner = next(k.name for k in KINDS.values() if quantity in k.takes)
+        raise ValueError(f"channels: '{quantity}' belongs to a {owner}; this is a {kind.name}")
 
 
-def _require_release(record: RecordSpec) -> None:
-    """Refuse a release without its preload, and what belongs to releases elsewhere."""
-    if record.kind == "release":
-        if record.preload is None:
-            raise ValueError("a release needs its preload, as in { value = 6000.0, sd = 60.0 } (N)")
-        if any(s.position != "shut" for s in record.valve):
-            raise ValueError("valve: it is shut in a release; leave `valve` out")
+def _require_own(record: RecordSpec, kind: type[RecordKind]) -> None:
+    """Refuse a record without what its kind must state, and what belongs to other kinds."""
+    for key, example in kind.own.items():
+        if example and getattr(record, key) is None:
+            raise ValueError(f"a {kind.name} needs its {key}, as in {example}")
+    for other in KINDS.values():
+        for key in other.own:
+            if key not in kind.own and getattr(record, key) is not None:
+                raise ValueError(f"{key} belongs to a {other.name}; this is a {kind.name}")
+
+
+def _require_valve(valve: tuple[Stretch, ...], kind: type[RecordKind]) -> None:
+    """Refuse a valve where there is none, that moves where it is held, or without a programme."""
+    if kind.valve is None:
+        if valve:
+            raise ValueError(f"valve: a {kind.name} has none; leave `valve` out")
         return
-    for key in ("preload", "release_time"):
-        if getattr(record, key) is not None:
-            raise ValueError(f"{key} belongs to a release; this is a {record.kind}")
-
-
-MOTION_CHANNELS = ("time", "position", "force", "pressure")
-
-
-def _require_motion(record: RecordSpec) -> None:
-    """Refuse in a motion what belongs to the rig, and elsewhere what belongs to a motion."""
-    if record.kind == "motion":
-        if record.valve:
-            raise ValueError("valve: a motion has none; leave `valve` out")
-        other = [q for q in record.channels if q not in MOTION_CHANNELS]
-        if other:
-            raise ValueError(
-                f"channels: a motion has no '{other[0]}'; it takes {', '.join(MOTION_CHANNELS)}"
-            )
-        return
-    for quantity in ("position", "force"):
-        if quantity in record.channels:
-            raise ValueError(f"channels: '{quantity}' belongs to a motion; this is a {record.kind}")
-    if record.corner is not None:
-        raise ValueError(f"corner belongs to a motion; this is a {record.kind}")
+    if kind.held and any(s.position != kind.valve for s in valve):
+        raise ValueError(f"valve: it is {kind.valve} in a {kind.name}; leave `valve` out")
+    _require_programme(valve)
 
 
 def _require_programme(valve: tuple[Stretch, ...]) -> None:

@@ -30,7 +30,7 @@ WORDS = {
 }
 """pydantic's kinds of mistake in the words of someone who writes a TOML file."""
 
-NOUNS = {"kind": "kind", "position": "position", "accept": "defect"}
+NOUNS = {"position": "position", "accept": "defect"}
 """What the words of a key are called; the words of other keys are values."""
 
 

@@ -39,34 +39,16 @@ G = 9.80665
 PSI = 6894.757
 SHEETS: dict[str, dict[str, Any]] = {
     # Steps: paper, "Construction of the hydraulic rig". Gain, zero, noise: docs/spec.md.
-    "load": {
-        "step": 295.0,
-        "noise": 295.0 / 2,
-        "gain_sd": 1e-3,
-        "zero_sd": 100.0,
-        "range": (-3.3e5, 3.3e5),
-    },
-    "stroke": {
-        "step": 0.22e-3,
-        "noise": 0.22e-3 / 4,
-        "gain_sd": 1e-3,
-        "zero_sd": 0.12e-3,
-        "range": (-0.01, 0.4),
-    },
-    "pressure": {
-        "step": 5 * PSI,
-        "noise": 5 * PSI / 3,
-        "gain_sd": 1e-3,
-        "zero_sd": 0.25e5,
-        "range": (-1e5, 750e5),
-    },
-    "acceleration": {
-        "step": 0.0,
-        "noise": 0.35,
-        "gain_sd": 1e-2,
-        "zero_sd": 0.05,
-        "range": (-200 * G, 200 * G),
-    },
+    "load": dict(step=295.0, noise=295.0 / 2, gain_sd=1e-3, zero_sd=100.0, range=(-3.3e5, 3.3e5)),
+    "stroke": dict(
+        step=0.22e-3, noise=0.22e-3 / 4, gain_sd=1e-3, zero_sd=0.12e-3, range=(-0.01, 0.4)
+    ),
+    "pressure": dict(
+        step=5 * PSI, noise=5 * PSI / 3, gain_sd=1e-3, zero_sd=0.25e5, range=(-1e5, 750e5)
+    ),
+    "acceleration": dict(
+        step=0.0, noise=0.35, gain_sd=1e-2, zero_sd=0.05, range=(-200 * G, 200 * G)
+    ),
 }
 OTHER_SHEETS: dict[str, dict[str, Any]] = {
     # Of machines that are not known here: a spec has to state the rest.

@@ -231,12 +231,13 @@ class SpecBody(Value):
 
     @model_validator(mode="after")
     def force_known(self) -> "SpecBody":
-        """Refuse motions without the sheet of their force sensor."""
-        if self.sensors.force is None and any(r.kind == "motion" for r in self.records):
-            raise ValueError(
-                "sensors: a motion needs the sheet of its force sensor, as in "
-                "force = { noise = 2.0, gain_sd = 0.01, zero_sd = 1.0 } (N)"
-            )
+        """Refuse records of a force without the sheet of its sensor."""
+        for r in self.records:
+            if self.sensors.force is None and "force" in r.channels:
+                raise ValueError(
+                    f"sensors: a {r.kind} needs the sheet of its force sensor, as in "
+                    "force = { noise = 2.0, gain_sd = 0.01, zero_sd = 1.0 } (N)"
+                )
         return self
 
 

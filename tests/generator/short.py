@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 from rigid.generator.constants import AREA
+from rigid.generator.core import Run, Switch
 from rigid.generator.draw import Truth, draw
 from rigid.generator.pieces import pump_flow
-from rigid.generator.schedule import Run, Switch
 
 FRAME = Run(
     "frame-1",

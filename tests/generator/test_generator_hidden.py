@@ -9,13 +9,13 @@ import pytest
 from short import FRAME, FREE, RELEASE, SPEED, short_truth
 
 from rigid.generator.constants import AREA, P_MAX
+from rigid.generator.core import Motion, Run, Switch
 from rigid.generator.draw import Truth
 from rigid.generator.hidden import CATALOGUED, HIDDEN, OUTSIDE, Hidden, hide
 from rigid.generator.hidden.dry import bending_rate
 from rigid.generator.hidden.flow import FAST_LESS_SLOW
 from rigid.generator.pieces import pump_flow
-from rigid.generator.plant import Motion, trajectory
-from rigid.generator.schedule import Run, Switch
+from rigid.generator.plant import trajectory
 from rigid.generator.simulate import plant_of, sampling_times, simulate
 
 RUNS = (FRAME, FREE, RELEASE)

@@ -8,9 +8,10 @@ import pytest
 from scipy.linalg import expm
 
 from rigid.generator.constants import AREA
+from rigid.generator.core import Action, Motion, Piece, Rig, Seen
 from rigid.generator.friction import Friction
 from rigid.generator.pieces import Frame, Ice, Pump, pump_flow
-from rigid.generator.plant import Action, Motion, Piece, Plant, Rig, Seen, readings, trajectory
+from rigid.generator.plant import Plant, readings, trajectory
 
 RIG = Rig(k_LC=6e7, k_oil=2e9, L_0=0.2, M_HC=60.0, M_Pl=10.0, M_Fl=200.0, k_frame=2.857e8)
 FRICTION = Friction(mu_inf=8e4, mu_1=9e5, tau_1=0.2, mu_2=1.2e5, tau_2=8e-3)

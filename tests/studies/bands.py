@@ -54,8 +54,8 @@ def rows_of(path: Path) -> list[dict[str, str]]:
 
 def plant_of(values: dict, steps: dict, cylinder: str = "A"):
     """The generator's rig, friction and sensors of a cylinder with one draw's numbers."""
+    from rigid.generator.core import Rig
     from rigid.generator.friction import Friction
-    from rigid.generator.plant import Rig
     from rigid.generator.sensors import Sensor
 
     rig = Rig(**{n: values[n] for n in Rig.__dataclass_fields__})

@@ -17,11 +17,11 @@ import numpy as np
 from rows import commit
 
 from rigid.generator.constants import SLOW_RATE
+from rigid.generator.core import Run, Switch
 from rigid.generator.draw import Truth, draw
 from rigid.generator.field import CONTACT_AREA, STRENGTH
 from rigid.generator.friction import Friction
 from rigid.generator.plant import trajectory
-from rigid.generator.schedule import Run, Switch
 from rigid.generator.simulate import plant_of
 
 SEED = 2018  # of the reference campaign

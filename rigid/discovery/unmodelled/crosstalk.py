@@ -6,47 +6,95 @@ simulation: they are what the other sensors of the record are expected to read, 
 changes.
 """
 
+import dataclasses
 from collections.abc import Iterator, Sequence
+from typing import ClassVar
 
 import numpy as np
+from jaxtyping import Float, Int
 
-from rigid.discovery.unmodelled.bumps import Bumps, Target, together
-from rigid.localfit.local import Local
+from rigid.discovery.fitted import Fitted
+from rigid.discovery.unmodelled.base import About, AbstractHidden, Bumps, Inferred, none, together
+from rigid.discovery.unmodelled.sensors import distorted
+from rigid.localfit.hidden_inputs import Abscissa
 from rigid.localfit.samples import Channel
+from rigid.physics.sensors import UNITS
+from rigid.plots.discovery import HiddenShown
 
-READINGS, RATES = "readings", "rates"
-"""What a distortion may go by: all other quantities of the record; how fast each changes."""
 
+@dataclasses.dataclass(frozen=True)
+class Crosstalk(AbstractHidden):
+    """The sensors of a quantity answer to others, in all records alike.
 
-def crosstalk(local: Local) -> Bumps:
-    """Traces of every quantity's sensors answering to others and to rates, in all records alike."""
-    layout = local.layout
-    return answering(layout.channels, layout.channel, layout.time, local.reading)
+    - `kind`: the quantity. - `rates`: whether to how fast the others change. - `sources`: them.
+    """
+
+    kind: str
+    rates: bool
+    sources: tuple[str, ...]
+
+    sort: ClassVar[str] = "crosstalk"
+    order: ClassVar[int] = 6
+
+    @classmethod
+    def signatures(cls, fit: Fitted, earlier: Bumps) -> Bumps:  # noqa: ARG003
+        """What every quantity would read of the others."""
+        layout = fit.local.layout
+        return answering(layout.channels, layout.channel, layout.time, fit.local.reading)
+
+    @property
+    def about(self) -> About:
+        """What it is."""
+        over = Abscissa("the most in any record, by what it answers to", "1")
+        return distorted(self.kind, over)
+
+    @property
+    def prior_class(self) -> str:
+        """In proportion to what it answers to."""
+        return "straight"
+
+    def shown(self, found: Inferred) -> HiddenShown:
+        """How much it reads of each other quantity, at the most that the records hold of it."""
+        most = np.abs(found.own.columns).max(axis=0)
+        units = [UNITS.get(other, "1") + "/s" * self.rates for other in self.sources]
+        names = tuple(f"{'rate of ' * self.rates}{other}" for other in self.sources)
+        told = ", ".join(
+            f"{number:.3g} {self.about.unit} per {unit} of the {name}"
+            for number, unit, name in zip(found.mean, units, names, strict=True)
+        )
+        mean, sd, none_of_it = found.mean * most, found.sd * most, np.zeros(len(names))
+        shown = self.drawn(found.own.centre, mean, sd, none_of_it, told)
+        model = "it answers to its own quantity alone"
+        return dataclasses.replace(shown, groups=names, model=model)
 
 
 def answering(
-    channels: Sequence[Channel], channel: np.ndarray, time: np.ndarray, reading: np.ndarray
+    channels: Sequence[Channel],
+    channel: Int[np.ndarray, " n"],
+    time: Float[np.ndarray, " n"],
+    reading: Float[np.ndarray, " n"],
 ) -> Bumps:
-    """The same from the number of each sample's channel, its time and what it should read (n,).
+    """Signatures of all crosstalk, per unit of a quantity or of its rate.
 
-    Per unit of a quantity, or of its rate; `centre` is the number of that quantity in `quantities`.
+    - `channel`: number of each sample's; `time` [s]; `reading`: what it should read. `centre` is
+      the number of the source.
     """
     rows = {(c.track, c.quantity): np.flatnonzero(channel == n) for n, c in enumerate(channels)}
-    parts = [Bumps(np.zeros((len(reading), 0)), (), np.zeros(0))]
+    parts = [none(len(reading))]
     listed = quantities(channels)
     for kind in listed:
-        others = [q for q in listed if q != kind]
-        for variable, sources in ((READINGS, others), (RATES, listed)):
+        others = tuple(q for q in listed if q != kind)
+        for rates, sources in ((False, others), (True, listed)):
             traces = np.zeros((len(reading), len(sources)))
             for mine, series in _beside(rows, kind):
                 for i, source in enumerate(sources):
                     if source in series:
                         seen = reading[series[source]]
                         when = time[series[source]]
-                        seen = seen if variable == READINGS else np.gradient(seen, when)
+                        seen = np.gradient(seen, when) if rates else seen
                         traces[mine, i] = np.interp(time[mine], when, seen)
-            target = Target(kind, "sensor", variable, form="proportional")
-            numbers = np.array([listed.index(q) for q in sources], dtype=float)
+            target = Crosstalk(kind, rates, sources)
+            numbers = np.arange(len(sources), dtype=float)
             parts.append(Bumps(traces, (target,) * len(sources), numbers))
     return together(parts)
 

@@ -5,68 +5,86 @@ are believed the less for it. What is really missing is often straight: a push, 
 area, a zero that wanders.
 """
 
+import dataclasses
 from collections.abc import Callable, Iterator, Mapping
+from typing import ClassVar, NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 
-from rigid.discovery.unmodelled.bumps import Bumps, Target, together
+from rigid.discovery.fitted import Fitted
+from rigid.discovery.unmodelled.base import About, AbstractHidden, Bumps, Inferred, none, together
+from rigid.plots.discovery import HiddenShown
 
-FORMS: Mapping[str, Callable[[np.ndarray], np.ndarray]] = {
-    "constant": np.ones_like,
-    "proportional": lambda state: state,
-    "sign": np.sign,
+
+class Form(NamedTuple):
+    """A shape over what something goes by: its values, and its words behind the number."""
+
+    values: Callable[[np.ndarray], np.ndarray]
+    words: str
+
+
+FORMS: Mapping[str, Form] = {
+    "constant": Form(np.ones_like, ""),
+    "proportional": Form(lambda state: state, " {}"),
+    "sign": Form(np.sign, " sgn({})"),
 }
-"""Shapes over a state, by the name that a target has for them."""
-TURNING = ("speed", "cylinder speed", "load")
-"""States that change their sign."""
-DRIFT = "proportional"
 
 
-def straight(found: Bumps) -> Bumps:
-    """Straight hidden things that bumps add up to; each is a single trace, per unit of its number.
+@dataclasses.dataclass(frozen=True)
+class Straight(AbstractHidden):
+    """A hidden thing that bumps add up to.
 
-    A distortion of a sensor in proportion to its reading is its gain, which every fit has.
+    - `of`: what the bumps are of, in all records together. - `form`: one of FORMS.
     """
-    return together([*_over_states(found), *_drifts(found)])
+
+    of: AbstractHidden
+    form: str
+
+    sort: ClassVar[str] = "straight"
+    order: ClassVar[int] = 5
+
+    @classmethod
+    def signatures(cls, fit: Fitted, earlier: Bumps) -> Bumps:
+        """Every form that the sorts before allow; each is one signature, per unit of its number."""
+        return together([none(len(fit.local.residual)), *straight(earlier)])
+
+    @property
+    def about(self) -> About:
+        """What it is."""
+        return self.of.about
+
+    def shown(self, found: Inferred) -> HiddenShown:
+        """A line over the range of what it goes by."""
+        place = places(found.everything, self)
+        form = FORMS[self.form]
+        curve, number = form.values(place), float(found.mean[0])
+        line, sd = number * curve, float(found.sd[0]) * np.abs(curve)
+        words = f"{number:.3g}{form.words.format(self.about.over.symbol)}"
+        return self.drawn(place, line, sd, line, words)
 
 
-def places(found: Bumps, target: Target) -> np.ndarray:
+def straight(found: Bumps) -> Iterator[Bumps]:
+    """Signatures of the straight things that bumps add up to.
+
+    What is constant is the same over every state.
+    """
+    constant: set[str] = set()
+    for target in dict.fromkeys(t.pooled or t for t in found.target):
+        for form in target.forms:
+            if form == "constant" and target.about.name in constant:
+                continue
+            constant |= {target.about.name} if form == "constant" else set()
+            mine = _parts(found, target)
+            column = found.columns[:, mine] @ FORMS[form].values(found.centre[mine])
+            yield Bumps(column[:, None], (Straight(target, form),), np.zeros(1))
+
+
+def places(found: Bumps, target: Straight) -> Float[np.ndarray, " m"]:
     """Centres, ascending, of the bumps among hidden things that a straight one is made of."""
-    mine = [t[:3] == target[:3] and not t.form and t.period is None for t in found.target]
-    return np.unique(found.centre[np.array(mine)])
+    return np.unique(found.centre[_parts(found, target.of)])
 
 
-def _over_states(found: Bumps) -> Iterator[Bumps]:
-    constant = set()
-    for target in dict.fromkeys(found.target):
-        if target.variable in ("time", "reading"):
-            continue
-        for form, shape in FORMS.items():
-            if form == "constant" and target.kind in constant:  # the same over every state
-                continue
-            if form == "sign" and target.variable not in TURNING:
-                continue
-            yield _summed(found, [target], target._replace(form=form), shape)
-        constant.add(target.kind)
-
-
-def _drifts(found: Bumps) -> Iterator[Bumps]:
-    """One slope over the time of every record for all sensors of a quantity."""
-    timed = [
-        t for t in dict.fromkeys(found.target) if t.equation == "sensor" and t.variable == "time"
-    ]
-    for kind in dict.fromkeys(t.kind for t in timed):
-        mine = [t for t in timed if t.kind == kind]
-        yield _summed(found, mine, mine[0]._replace(track=None, form=DRIFT), FORMS[DRIFT])
-
-
-def _summed(
-    found: Bumps,
-    parts: list[Target],
-    target: Target,
-    shape: Callable[[np.ndarray], np.ndarray],
-) -> Bumps:
-    """The trace of bumps as high as a shape is at their centres."""
-    mine = np.flatnonzero([t in parts for t in found.target])
-    column = found.columns[:, mine] @ shape(found.centre[mine])
-    return Bumps(column[:, None], (target,), np.zeros(1))
+def _parts(found: Bumps, target: AbstractHidden) -> np.ndarray:
+    """Numbers of the bumps that are of a hidden thing, in one record or in all."""
+    return np.flatnonzero([(t.pooled or t) == target for t in found.target])

@@ -2,28 +2,30 @@
 
 A wave has a length that no prior knows to within a tenth, and bumps that are wide enough to cover
 the stroke average it away. So the residuals of the free runs are searched for the length at which
-they beat most over the stroke, as `rigid.discovery.periodic` searches over time; the best
-of so many
-lengths counts for the share of all lengths that it stands for.
+they beat most over the stroke, as `rigid.discovery.periodic` searches over time; the best of so
+many lengths counts for the share of all lengths that it stands for.
 """
 
+import dataclasses
 import math
+from collections.abc import Mapping
+from typing import ClassVar
 
 import numpy as np
 
-from rigid.discovery.unmodelled.bumps import Bumps, Target, together
+from rigid.discovery.fitted import Fitted
+from rigid.discovery.unmodelled.base import About, AbstractHidden, Bumps, Inferred, none, together
+from rigid.discovery.unmodelled.inputs import Input
+from rigid.discovery.unmodelled.sensors import SensorError
+from rigid.kinds import KINDS
+from rigid.localfit.hidden_inputs import STROKE
 from rigid.localfit.local import Local
 from rigid.localfit.samples import Channel
 from rigid.localfit.signature import reads
+from rigid.plots.discovery import HiddenShown
 
-WAVING = {
-    "pressure": ("force", "plunger-momentum"),
-    "stroke": ("stroke", "sensor"),
-    "load": ("load", "sensor"),
-}
-"""What a wave in a channel is taken for: a gauge does not feel the stroke, the plunger does."""
-KIND = "free-run"
-"""Records long enough for waves; in a frame a plunger hardly moves."""
+FREELY = {"slow", "free"}
+"""Traits of the records long enough for waves; in a frame a plunger hardly moves."""
 SHORTEST = 1e-3
 """Length [m] below which no wave is looked for: what a stroke sensor tells apart."""
 LEAST_WAVES = 4.0
@@ -34,15 +36,69 @@ WIDTH = math.sqrt(2.0 * math.pi) * math.sqrt(12.0) / (2.0 * math.pi)
 """A wave of strength s stands out over WIDTH/s of the wave numbers that a stroke tells apart."""
 
 
-def waves(local: Local) -> Bumps:
-    """Find the wave of every quantity over the stroke, and its traces.
+POINTS = 41
+"""Of a period that is shown."""
 
-    Each sensor's rows have a cosine and a sine of their own, in that order; `centre` is the number
-    of the sensor.
+
+@dataclasses.dataclass(frozen=True)
+class Wave(AbstractHidden):
+    """A wave over the stroke.
+
+    - `of`: what goes up and down. - `period` [m].
     """
-    none = Bumps(np.zeros((len(local.residual), 0)), (), np.zeros(0))
+
+    of: AbstractHidden
+    period: float
+
+    sort: ClassVar[str] = "wave"
+    order: ClassVar[int] = 3
+
+    @classmethod
+    def signatures(cls, fit: Fitted, earlier: Bumps) -> Bumps:  # noqa: ARG003
+        """The wave of every quantity over the stroke.
+
+        Each sensor's rows have a cosine and a sine of their own, in that order; `centre` is the
+        number of the sensor.
+        """
+        return waves(fit.local)
+
+    @property
+    def about(self) -> About:
+        """What it is."""
+        return self.of.about._replace(over=STROKE)
+
+    @property
+    def prior_class(self) -> str:
+        """A curve over a state."""
+        return "curve"
+
+    def shown(self, found: Inferred) -> HiddenShown:
+        """One period, on the cylinder where it is the greater."""
+        mean, covariance = found.mean, found.covariance
+        sizes = np.hypot(mean[::2], mean[1::2])
+        mine = 2 * int(np.argmax(sizes)) + np.arange(2)
+        place = np.linspace(0.0, self.period, POINTS)
+        turn = 2.0 * np.pi * place / self.period
+        basis = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        curve = basis @ mean[mine]
+        sd = np.sqrt(np.einsum("pi,ij,pj->p", basis, covariance[np.ix_(mine, mine)], basis))
+        phase = float(np.arctan2(*mean[mine]))
+        words = f"{sizes.max():.3g} sin(2 pi x/{self.period:.3g} {phase:+.2f})"
+        return self.drawn(place, curve, sd, curve, words)
+
+
+WAVING: Mapping[str, AbstractHidden] = {
+    "pressure": Input("force", "stroke"),
+    "stroke": SensorError("stroke", "stroke"),
+    "load": SensorError("load", "stroke"),
+}
+"""What a wave in a channel is taken for: a gauge does not feel the stroke, the plunger does."""
+
+
+def waves(local: Local) -> Bumps:
+    """Find the wave of every quantity over the stroke, and its signatures."""
     found = [_waving(local, quantity) for quantity in WAVING]
-    return together([none, *(one for one in found if one is not None)])
+    return together([none(len(local.residual)), *(one for one in found if one is not None)])
 
 
 def _waving(local: Local, quantity: str) -> Bumps | None:
@@ -67,9 +123,8 @@ def _waving(local: Local, quantity: str) -> Bumps | None:
     best = int(np.argmax(power))
     strength = math.sqrt(float(power[best]))
     share = math.log(min(WIDTH / max(strength, 1.0), 1.0) / tried)
-    kind, equation = WAVING[quantity]
-    target = Target(kind, equation, "stroke", None, float(1.0 / numbers[best]), share, tried)
-    unit = reads(local)[rows] / (_area(local) if kind == "force" else 1.0)
+    target = Wave(WAVING[quantity], float(1.0 / numbers[best]), log_share=share, tried=tried)
+    unit = reads(local)[rows] / (_area(local) if quantity == "pressure" else 1.0)
     phase = 2.0 * np.pi * numbers[best] * stroke
     columns = np.zeros((len(local.residual), 2 * len(sensors)))
     for i, sensor in enumerate(sensors):
@@ -91,7 +146,7 @@ def _over_stroke(local: Local, channel: Channel) -> tuple[np.ndarray, np.ndarray
     layout = local.layout
     own = layout.channels.index(channel)
     strokes = [i for i, c in enumerate(layout.channels) if c[:3] == (*channel[:2], "stroke")]
-    if channel.kind != KIND or not strokes:
+    if not KINDS[channel.kind].traits() >= FREELY or not strokes:
         return None
     rows = np.flatnonzero((layout.channel == own) & layout.read)
     at = layout.channel == strokes[0]

@@ -8,14 +8,17 @@ Bayes factor against nothing.
 import dataclasses
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 from scipy.special import logsumexp
 from scipy.stats import chi2
 
-from rigid.discovery.unmodelled.bumps import Target
+from rigid.discovery.unmodelled.base import AbstractHidden, Bumps, Inferred
 from rigid.localfit.candidates import Candidate
 from rigid.localfit.evidence import Bundle, amplitudes, log_bayes
+from rigid.localfit.local import Local
 from rigid.localfit.screening import Screening
 
 NOTHING, UNNAMED = "nothing", "unnamed"
@@ -34,22 +37,28 @@ SIZES, LEAST_SIZE = 48, 1e-4
 """Sizes of traces at which a law's curve is worked out; the least, over the greatest."""
 
 
+class Bundled(NamedTuple):
+    """A hidden thing and the bundle of its signatures."""
+
+    hidden: AbstractHidden
+    bundle: Bundle
+
+
 @dataclasses.dataclass(frozen=True)
 class Explained:
     """Bayes factors of everything that was tried, to second order around a fit.
 
-    - `listed`: candidates, `targets`: of the bumps; the screened traces in that order.
-    - `screening`: of all of them. - `candidate` (c,): log Bayes factor of each candidate.
-    - `bundles`, `bundle` (b,): hidden things, and the log Bayes factor of each.
+    - `listed`: candidates. - `screening`: of them and of all that is hidden, in that order.
+    - `candidate`: log Bayes factor of each. - `bundles`, `bundle`: hidden things, and the log Bayes
+      factor of each.
     - `p_value`: how often as much is found where nothing is missing.
     """
 
     listed: tuple[Candidate, ...]
-    targets: tuple[Target, ...]
     screening: Screening
-    candidate: np.ndarray
-    bundles: tuple[tuple[Target, Bundle], ...]
-    bundle: np.ndarray
+    candidate: Float[np.ndarray, " c"]
+    bundles: tuple[Bundled, ...]
+    bundle: Float[np.ndarray, " b"]
     p_value: float
 
     @cached_property
@@ -67,9 +76,18 @@ class Explained:
         return float(np.asarray(logsumexp(self.bundle + shares(self.bundles))))
 
     @property
-    def likeliest(self) -> tuple[Target, Bundle]:
+    def likeliest(self) -> Bundled:
         """The hidden thing that is the most probable."""
         return self.bundles[int(np.argmax(self.bundle + shares(self.bundles)))]
+
+    def inferred(self, local: Local, everything: Bumps) -> Inferred:
+        """What the records say of the likeliest hidden thing.
+
+        - `local`: the fit. - `everything`: signatures of all that is hidden.
+        """
+        hidden, bundle = self.likeliest
+        own = everything.of(bundle.columns - len(self.listed))
+        return Inferred(hidden, *bundle.amplitudes(self.screening.slope), own, local, everything)
 
     def alike(self, name: str) -> tuple[str, ...]:
         """Effects whose trace is that of an effect, itself among them."""
@@ -82,14 +100,14 @@ class Explained:
         return mine[int(np.argmax(self.candidate[mine]))]
 
 
-def shares(bundles: Sequence[tuple[Target, Bundle]]) -> np.ndarray:
-    """Log of what one would bet on each hidden thing (b,): sorts alike, and each within its sort.
+def shares(bundles: Sequence[Bundled]) -> Float[np.ndarray, " b"]:
+    """Log of what one would bet on each hidden thing: classes alike, and each within its class.
 
     Else the many stretches of time of many records would leave nothing for a plain leak.
     """
-    sorts = [target.sort for target, _ in bundles]
-    counts = np.array([sorts.count(sort) for sort in sorts])
-    return -np.log(counts * max(len(set(sorts)), 1))
+    classes = [hidden.prior_class for hidden, _ in bundles]
+    counts = np.array([classes.count(one) for one in classes])
+    return -np.log(counts * max(len(set(classes)), 1))
 
 
 def _mean(logs: np.ndarray) -> np.ndarray:
@@ -98,19 +116,22 @@ def _mean(logs: np.ndarray) -> np.ndarray:
 
 
 def bundles_of(
-    targets: Sequence[Target], first: int, information: np.ndarray
-) -> tuple[tuple[Target, Bundle], ...]:
+    targets: Sequence[AbstractHidden], first: int, information: Float[np.ndarray, "k k"]
+) -> tuple[Bundled, ...]:
     """Bundle the bumps: each target's own, and those over time of all records together."""
-    kinds: dict[Target, list[int]] = {}
+    numbers: dict[AbstractHidden, list[int]] = {}
     for i, target in enumerate(targets):
-        kinds.setdefault(target, []).append(first + i)
-        if target.track is not None:
-            kinds.setdefault(target._replace(track=None), []).append(first + i)
-    return tuple((t, Bundle(np.array(c), information)) for t, c in kinds.items())
+        numbers.setdefault(target, []).append(first + i)
+        if target.pooled is not None:
+            numbers.setdefault(target.pooled, []).append(first + i)
+    return tuple(Bundled(t, Bundle(np.array(c), information)) for t, c in numbers.items())
 
 
 def explain(
-    listed: tuple[Candidate, ...], targets: tuple[Target, ...], screening: Screening, seed: int
+    listed: tuple[Candidate, ...],
+    targets: tuple[AbstractHidden, ...],
+    screening: Screening,
+    seed: int,
 ) -> Explained:
     """Weigh all candidates and bumps; their traces are screened in that order."""
     departures = [amplitudes(one.law, one.absent) for one in listed]
@@ -124,7 +145,7 @@ def explain(
     )  # fmt: skip
     bundles = bundles_of(targets, count, screening.information)
     bundle = np.array([float(b.log_bayes(screening.slope)) + t.log_share for t, b in bundles])
-    found = Explained(listed, targets, screening, candidate, bundles, bundle, 1.0)
+    found = Explained(listed, screening, candidate, bundles, bundle, 1.0)
     drawn = null_draws(screening.information, seed)
     best_waves(drawn, bundles, seed)
     null = _totals(found, drawn, by_chance(listed, seed))
@@ -145,7 +166,7 @@ def by_chance(listed: Sequence[Candidate], seed: int) -> dict[int, np.ndarray]:
     return {i: rng.choice(one.chance, SIMULATED) for i, one in enumerate(listed) if one.chance}
 
 
-def best_waves(drawn: np.ndarray, bundles: Sequence[tuple[Target, Bundle]], seed: int) -> None:
+def best_waves(drawn: Float[np.ndarray, "draws k"], bundles: Sequence[Bundled], seed: int) -> None:
     """Put into slopes (draws, k) those of bundles that are the best of many settings."""
     rng = np.random.default_rng([seed, 7])
     for target, bundle in bundles:

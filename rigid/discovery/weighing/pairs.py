@@ -8,6 +8,7 @@ import dataclasses
 from collections.abc import Mapping
 
 import numpy as np
+from jaxtyping import Float
 from scipy.special import logsumexp
 
 from rigid.discovery.weighing.explain import Explained, curves_of_all
@@ -22,11 +23,11 @@ LEAST_REACH = 30.0
 class Pairs:
     """Log Bayes factors of all pairs of effects against nothing.
 
-    - `names` (m,). - `log_bayes` (m, m): symmetric; minus infinity where there is no pair.
+    - `names`. - `log_bayes`: symmetric; minus infinity where there is no pair.
     """
 
     names: tuple[str, ...]
-    log_bayes: np.ndarray
+    log_bayes: Float[np.ndarray, "m m"]
 
     def corrected(self, alone: Mapping[str, float], by: Mapping[str, float]) -> "Pairs":
         """Return them with what fits in full changed in the log Bayes factors of single effects.

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from rigid.generator.core import Run
 from rigid.generator.hidden.base import Hidden
 from rigid.generator.hidden.dry import Coulomb, LuGre, PressureDependent, Stribeck
 from rigid.generator.hidden.flow import PumpSlip, Ripple, StageSwitch, ValveDribble, ValveEvent
@@ -24,7 +25,6 @@ from rigid.generator.hidden.sensing import (
 )
 from rigid.generator.hidden.structure import GuideDrag, RootPlate, Slack, Stiffening
 from rigid.generator.hidden.unknown import OilStiffening, RoughBore
-from rigid.generator.schedule import Run
 
 CATALOGUED: dict[str, type[Hidden]] = {
     cause.name: cause

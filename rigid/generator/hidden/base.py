@@ -6,8 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from rigid.generator.plant import Piece, Rig
-from rigid.generator.schedule import Run
+from rigid.generator.core import Piece, Rig, Run
 
 SLOW = ("frame", "free-run", "field")
 ALL = (*SLOW, "release")

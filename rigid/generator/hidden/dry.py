@@ -16,9 +16,8 @@ from typing import ClassVar, no_type_check
 
 import numpy as np
 
+from rigid.generator.core import Action, Motion, Run
 from rigid.generator.hidden.base import Hidden, spread
-from rigid.generator.plant import Action, Motion
-from rigid.generator.schedule import Run
 
 ELASTIC = 0.7
 STIFF = 1.5e-5  # m, bending at which a stiff bristle slides: no step of the stroke sensor sees it

@@ -10,10 +10,9 @@ from zlib import crc32
 import numpy as np
 
 from rigid.generator.constants import BAR, LITRE_PER_MINUTE, P_MAX
+from rigid.generator.core import Action, Motion, Piece, Rig, Run
 from rigid.generator.hidden.base import SLOW, Hidden, either, spread
 from rigid.generator.pieces import Pump, pump_flow
-from rigid.generator.plant import Action, Motion, Piece, Rig
-from rigid.generator.schedule import Run
 
 FAST_LESS_SLOW = 2 * 4.965 * LITRE_PER_MINUTE  # eq. (22)
 STAGE_WIDTH = 15.0 * BAR

@@ -7,9 +7,8 @@ from typing import ClassVar, no_type_check
 
 import numpy as np
 
+from rigid.generator.core import Action, Motion, Run
 from rigid.generator.hidden.base import SLOW, Hidden, either, spread
-from rigid.generator.plant import Action, Motion
-from rigid.generator.schedule import Run
 
 GAS_LENGTH = 0.5  # m, of the gas that a back pressure squeezes
 GAS_EXPONENT = 1.2

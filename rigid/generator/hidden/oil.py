@@ -8,9 +8,8 @@ from typing import ClassVar, no_type_check
 import numpy as np
 
 from rigid.generator.constants import AREA, BAR
+from rigid.generator.core import Action, Motion, Piece, Rig, Run
 from rigid.generator.hidden.base import Hidden, either
-from rigid.generator.plant import Action, Motion, Piece, Rig
-from rigid.generator.schedule import Run
 
 ATMOSPHERE = 1.01325 * BAR
 NEAR_VACUUM = 0.1 * BAR  # over which the absolute pressure is kept from falling below none

@@ -7,9 +7,8 @@ from typing import ClassVar, no_type_check
 import numpy as np
 
 from rigid.generator.constants import LITRE_PER_MINUTE
+from rigid.generator.core import Action, Motion, Piece, Rig, Run, Seen
 from rigid.generator.hidden.base import SLOW, Hidden, either, spread
-from rigid.generator.plant import Action, Motion, Piece, Rig, Seen
-from rigid.generator.schedule import Run
 
 TURBULENT = 10.0 * LITRE_PER_MINUTE  # flow at which the fittings take as much as the hose
 

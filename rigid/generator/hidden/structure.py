@@ -7,9 +7,8 @@ from typing import ClassVar, no_type_check
 
 import numpy as np
 
+from rigid.generator.core import Action, Motion, Piece, Rig, Run, Seen
 from rigid.generator.hidden.base import Hidden, spread
-from rigid.generator.plant import Action, Motion, Piece, Rig, Seen
-from rigid.generator.schedule import Run
 
 FULL_LOAD = 200e3  # N
 

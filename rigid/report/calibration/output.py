@@ -2,6 +2,7 @@
 
 import json
 import os
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -119,8 +120,8 @@ def result(spec: Spec, done: Calibrated, wall: float) -> Result:
     )
 
 
-def write_posterior(path: Path, spec: Spec, done: Calibrated) -> None:
-    """Write posterior.nc with all its groups."""
+def groups(done: Calibrated) -> dict[str, xr.Dataset]:
+    """Gather the groups of posterior.nc by name."""
     problem, shape = done.problem, done.kept_shape
     described = about(problem.parameters)
     coords = chain_coords(done.ensembles, shape[0] // done.ensembles, shape[1])
@@ -131,22 +132,12 @@ def write_posterior(path: Path, spec: Spec, done: Calibrated) -> None:
             sampled[f"{name}[{label}]"] = series.reshape(shape)
             described[f"{name}[{label}]"] = (unit, name)
     posterior = with_friction(dataset(sampled, described, coords), done.kept_frictions, shape)
-    z = np.random.default_rng([done.seed, 3]).standard_normal(
-        (PRIOR_DRAWS, problem.parameters.size)
-    )
-    drawn = values_of(problem, z)
-    prior_values = {p.label: drawn[p.label][None] for p in problem.parameters.sampled}
-    prior = with_friction(
-        dataset(prior_values, described, {"chain": [0], "draw": np.arange(PRIOR_DRAWS)}),
-        frictions(problem, drawn),
-        (1, PRIOR_DRAWS),
-    )
     kept = done.draws.thinned(KEPT_STEPS).log_prob
     density = np.swapaxes(kept, 1, 2).reshape(shape)
     known = {p.label: float(p.law.from_standard(np.zeros(1))[0]) for p in problem.parameters.known}
-    groups = {
+    return {
         "posterior": posterior,
-        "prior": prior,
+        "prior": _prior(done),
         "log_likelihood": by_record(done.tracks, shape).assign_coords(coords),
         "sample_stats": xr.Dataset(
             {"lp": (("chain", "draw"), density, {"units": "1"})}, coords=coords
@@ -154,9 +145,31 @@ def write_posterior(path: Path, spec: Spec, done: Calibrated) -> None:
         "constant_data": xr.Dataset(
             {k: ((), v, {"units": described[k][0]}) for k, v in known.items()}
         ),
+        **series_groups(done.shown, "posterior_predictive"),
+        "prior_predictive": series_groups(done.prior_shown, "p")["p"],
     }
-    groups |= series_groups(done.shown, "posterior_predictive")
-    groups["prior_predictive"] = series_groups(done.prior_shown, "p")["p"]
+
+
+def _prior(done: Calibrated) -> xr.Dataset:
+    """Draws of the prior."""
+    problem = done.problem
+    z = np.random.default_rng([done.seed, 3]).standard_normal(
+        (PRIOR_DRAWS, problem.parameters.size)
+    )
+    drawn = values_of(problem, z)
+    values = {p.label: drawn[p.label][None] for p in problem.parameters.sampled}
+    coords = {"chain": [0], "draw": np.arange(PRIOR_DRAWS)}
+    body = dataset(values, about(problem.parameters), coords)
+    return with_friction(body, frictions(problem, drawn), (1, PRIOR_DRAWS))
+
+
+def write_posterior(
+    path: Path, spec: Spec, done: Calibrated, groups: Mapping[str, xr.Dataset]
+) -> None:
+    """Write posterior.nc.
+
+    - `groups`: those of the calibration, from `groups`.
+    """
     save_posterior(path, groups, provenance(spec, done) | {"spec_folder": _beside(spec, path)})
 
 

@@ -14,14 +14,14 @@ from rigid.discovery.disagreement import (
     disagreements,
 )
 from rigid.discovery.workflow import Outcome
+from rigid.physics import sensors
 from rigid.plots import metrology
 from rigid.plots.discovery import ComparedShown
-from rigid.report.discovery.shown import TARGET_UNITS
 
 SURE, TOLD = 0.05, 10
 """P-value below which a disagreement is one, and how many are told."""
 FIRST = (TIME, FREQUENCY, LAG, SPEED)
-UNITS = {TIME: "s", FREQUENCY: "Hz", LAG: "s", SPEED: "m/s", "force": "N", "position": "m"}
+UNITS = sensors.UNITS | {TIME: "s", FREQUENCY: "Hz", LAG: "s", SPEED: "m/s", "position": "m"}
 
 
 class Compared(NamedTuple):
@@ -51,7 +51,7 @@ def _key(one: Disagreement) -> tuple[str, str, str]:
 
 def unit_of(over: str) -> str:
     """Unit of what a disagreement goes by."""
-    return UNITS.get(over) or TARGET_UNITS.get(over, "1")
+    return UNITS.get(over, "1")
 
 
 def told(found: Compared) -> list[dict[str, Any]]:

@@ -19,7 +19,6 @@ from rigid.report.discovery.compared import Compared, sentence, shown, table
 from rigid.report.discovery.lead import SHOWN, chance, lead, moves, ruling, share, would_show
 from rigid.report.discovery.residuals import against, residuals
 from rigid.report.discovery.section import DiscoveryContent, StepContent
-from rigid.report.discovery.shown import hidden_shown
 from rigid.report.discovery.words import introduced, meanings
 from rigid.spec import Spec
 
@@ -112,7 +111,9 @@ def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> St
             f"{_left_out(step.judged)} A placebo, an effect with another trace, explains "
             f"{100 * step.placebo:.0f} % as much."
         )
-    hidden = hidden_shown(step, outcome) if step.chosen is None else None
+    hidden = None
+    if step.chosen is None:
+        hidden = step.explained.inferred(outcome.base, outcome.bench.bumps).shown
     if hidden is not None:
         by = "" if hidden.groups else f" over {hidden.variable}, in SI units"
         sentences.append(f"What explains most: {hidden.name}{by}: {hidden.words}.")

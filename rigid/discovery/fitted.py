@@ -1,0 +1,27 @@
+"""A fit with the programs that simulate what could be added to it."""
+
+import dataclasses
+from collections.abc import Iterable
+
+from rigid.effects import AbstractEffect
+from rigid.localfit.families import Family, families, holding
+from rigid.localfit.local import Local
+
+
+@dataclasses.dataclass(frozen=True)
+class Fitted:
+    """What every step of a discovery starts from.
+
+    - `local`: the fit. - `programs`: of all candidates and of the hidden forces and flows.
+    """
+
+    local: Local
+    programs: tuple[Family, ...]
+
+    def program(self, effects: Iterable[type[AbstractEffect]]) -> Family:
+        """Return the program that holds all of some effects; if none does, one is compiled."""
+        wanted = tuple(effects)
+        try:
+            return holding(self.programs, wanted)
+        except KeyError:
+            return families(self.local.layout.problem, wanted, together=True)[0]

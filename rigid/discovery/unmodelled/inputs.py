@@ -1,0 +1,219 @@
+"""Hidden forces and flows: bumps over the time of each record, or over a state in all of them."""
+
+import dataclasses
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from rigid.discovery.fitted import Fitted
+from rigid.discovery.unmodelled.base import About, AbstractHidden, Bumps, together
+from rigid.kinds import kinds_with
+from rigid.localfit.hidden_inputs import (
+    CYLINDER_SPEED,
+    LOAD,
+    PRESSURE,
+    SPEED,
+    STROKE,
+    TIME,
+    AbstractHiddenInput,
+    Followed,
+    HiddenDrag,
+    HiddenFlow,
+    HiddenForce,
+    HiddenSpring,
+)
+from rigid.localfit.local import Local
+from rigid.localfit.signature import Way, changes, reads, rows_of
+
+SLOW_BUMPS, RELEASE_BUMPS, STATE_BUMPS = 10, 10, 6
+RELEASE_SPAN = 0.05
+"""Seconds after a release in which a hidden force is looked for: half of what rings."""
+EFFECTS: Mapping[str, type[AbstractHiddenInput]] = {
+    "force": HiddenForce,
+    "flow": HiddenFlow,
+    "drag": HiddenDrag,
+    "spring": HiddenSpring,
+}
+OVER_TIME = ("force", "drag", "flow")
+
+
+@dataclasses.dataclass(frozen=True)
+class Input(AbstractHidden):
+    """A hidden force or flow.
+
+    - `kind`: one of EFFECTS. - `variable`: name of what it follows. - `track`: one record's alone.
+    """
+
+    kind: str
+    variable: str
+    track: str | None = None
+
+    sort: ClassVar[str] = "input"
+    order: ClassVar[int] = 1
+
+    @classmethod
+    def signatures(cls, fit: Fitted, earlier: Bumps) -> Bumps:  # noqa: ARG003
+        """Bumps of all forces and flows."""
+        return together(list(_simulated(fit, [*_over_time(fit.local), *_over_states(fit.local)])))
+
+    @property
+    def effect(self) -> type[AbstractHiddenInput]:
+        """The effect that simulates it."""
+        return EFFECTS[self.kind]
+
+    @property
+    def over(self) -> Followed:
+        """What it follows."""
+        return next(one for one in self.effect.followed if one.name == self.variable)
+
+    @property
+    def about(self) -> About:
+        """What its effect says."""
+        effect = self.effect
+        return About(effect.equation, effect.phrase, effect.parameters()[0].unit, self.over)
+
+    @property
+    def prior_class(self) -> str:
+        """Curves over time and over states have a share each."""
+        return "time" if self.over is TIME else "curve"
+
+    @property
+    def pooled(self) -> AbstractHidden | None:
+        """The same over the time of all records."""
+        return None if self.track is None else dataclasses.replace(self, track=None)
+
+    @property
+    def forms(self) -> tuple[str, ...]:
+        """Over a state; only what turns has a sign."""
+        if self.over is TIME:
+            return ()
+        return ("constant", "proportional", *(("sign",) if self.over.turns else ()))
+
+
+class Job(NamedTuple):
+    """A bundle of bumps, to be simulated.
+
+    - `target`. - `centre` (m,); `width`. - `kinds`: of records in which it shows. - `tracks`: each
+      of which has the bumps to itself; (): all together.
+    """
+
+    target: Input
+    centre: Float[np.ndarray, " m"]
+    width: float
+    kinds: frozenset[str]
+    tracks: tuple[str, ...] = ()
+
+    def ways(self) -> Iterator[Way]:
+        """How each bump is simulated."""
+        heights, centre, width = (info.labels for info in self.target.effect.parameters())
+        height = heights[self.target.effect.followed.index(self.target.over)]
+        for at in self.centre:
+            shape = ((centre[0], float(at)), (width[0], self.width), (height, 0.0))
+            yield Way(height, shape, None, self.kinds)
+
+
+def _simulated(fit: Fitted, jobs: list[Job]) -> Iterator[Bumps]:
+    """Slopes by the height of every bump."""
+    local, at = fit.local, 0
+    family = fit.program(dict.fromkeys(job.target.effect for job in jobs))
+    slopes = changes(local, family, [way for job in jobs for way in job.ways()])
+    slopes = slopes * reads(local)[:, None]
+    for job in jobs:
+        mine = slopes[:, at : at + len(job.centre)]
+        at += len(job.centre)
+        for track in job.tracks or (None,):
+            target = dataclasses.replace(job.target, track=track)
+            rows = None if track is None else rows_of(local.layout, track)[:, None]
+            own = mine if rows is None else np.where(rows, mine, 0.0)
+            yield Bumps(own, (target,) * len(job.centre), job.centre)
+
+
+def _over_time(local: Local) -> Iterator[Job]:
+    """Bumps over the time of each record."""
+    layout = local.layout
+    spans, released = {}, kinds_with("release")
+    for channel in layout.channels:
+        rows = layout.read & (layout.track == layout.tracks.index(channel.track))
+        span = float(np.ptp(layout.time[rows])) if rows.any() else 0.0
+        spans[channel.track] = (channel.kind, span)
+    for release, count in ((False, SLOW_BUMPS), (True, RELEASE_BUMPS)):
+        tracks = tuple(t for t, (kind, _) in spans.items() if (kind in released) == release)
+        if not tracks:
+            continue
+        span = RELEASE_SPAN if release else max(spans[t][1] for t in tracks)
+        centres = (np.arange(count) + 0.5) * span / count
+        kinds = {spans[t][0] for t in tracks}
+        for kind in OVER_TIME:
+            if here := _acting(EFFECTS[kind], kinds):
+                yield Job(Input(kind, TIME.name), centres, span / count, here, tracks)
+
+
+def _over_states(local: Local) -> Iterator[Job]:
+    """Bumps over states of the rig, the same in all records."""
+    spans = {state: span(local) for state, span in SPANS.items()}
+    for kind, effect in EFFECTS.items():
+        here = _acting(effect, local.layout.kinds)
+        for state in effect.followed:
+            low, high = spans.get(state, (0.0, 0.0))
+            if high > low and here:
+                width = (high - low) / (STATE_BUMPS - 1)
+                centres = low + width * np.arange(STATE_BUMPS)
+                yield Job(Input(kind, state.name), centres, width, here)
+
+
+def _acting(effect: type[AbstractHiddenInput], kinds: Iterable[str]) -> frozenset[str]:
+    """Those kinds of records in which a hidden thing acts."""
+    return frozenset(kind for kind in kinds if effect.acts_in(kind))
+
+
+Span = tuple[float, float]
+
+
+def _range_of(local: Local, quantity: str) -> Span:
+    """Least and greatest expected reading of a quantity; 0 and 0 where it is not read."""
+    layout = local.layout
+    numbers = [i for i, c in enumerate(layout.channels) if c.quantity == quantity]
+    found = local.reading[np.isin(layout.channel, numbers) & layout.read]
+    return (float(found.min()), float(found.max())) if len(found) else (0.0, 0.0)
+
+
+def _speeds(local: Local) -> Span:
+    """Least and greatest speed of the plunger in the slow records [m/s], from their strokes."""
+    low = high = 0.0
+    for number, channel in enumerate(local.layout.channels):
+        if channel.quantity == "stroke":
+            stroke = local.reading[local.layout.channel == number]
+            every = max(round(0.1 / channel.interval), 1)
+            speed = np.diff(stroke[::every]) / (every * channel.interval)
+            low, high = min(low, float(speed.min())), max(high, float(speed.max()))
+    return low, high
+
+
+def _swing(local: Local) -> Span:
+    """How fast things move in a release [m/s]: the greatest integral of its acceleration."""
+    swings = [
+        float(np.ptp(np.cumsum(local.reading[local.layout.channel == number]) * channel.interval))
+        for number, channel in enumerate(local.layout.channels)
+        if channel.quantity == "acceleration"
+    ]
+    swing = 0.5 * max(swings, default=0.0)
+    return -swing, swing
+
+
+def _compression(local: Local) -> Span:
+    """Least and greatest displacement of the cylinder [m] under the loads that are read."""
+    low, high = _range_of(local, "load")
+    stiffness = local.hypothesis.values(local.w).get("k_LC", (6e7, 0.0))[0]
+    return -high / stiffness, -low / stiffness
+
+
+SPANS: Mapping[Followed, Callable[[Local], Span]] = {
+    PRESSURE: lambda local: _range_of(local, "pressure"),
+    STROKE: lambda local: _range_of(local, "stroke"),
+    SPEED: _speeds,
+    CYLINDER_SPEED: _swing,
+    LOAD: _compression,
+}
+"""From where to where each state goes."""

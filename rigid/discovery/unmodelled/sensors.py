@@ -1,0 +1,84 @@
+"""Sensors that read something else than the truth: over time in each record, over their reading."""
+
+import dataclasses
+from typing import ClassVar
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from rigid.discovery.fitted import Fitted
+from rigid.discovery.unmodelled.base import About, AbstractHidden, Bumps, together
+from rigid.localfit.hidden_inputs import TIME, Abscissa
+from rigid.physics.sensors import UNITS
+
+TIME_BUMPS, READING_BUMPS = 10, 6
+CALLED = {"load": "load cell", "pressure": "gauge", "acceleration": "accelerometer"}
+"""Sensors that are not called by their quantity."""
+
+
+def distorted(quantity: str, over: Abscissa | None = None) -> About:
+    """An error of a quantity's sensors; left out, it goes `over` their reading."""
+    name, unit = CALLED.get(quantity, f"{quantity} sensor"), UNITS.get(quantity, "1")
+    return About("sensor", f"distortion of the {name}", unit, over or Abscissa("reading", unit))
+
+
+@dataclasses.dataclass(frozen=True)
+class SensorError(AbstractHidden):
+    """A distortion of the sensors of a quantity.
+
+    - `kind`: the quantity. - `variable`: "time" or "reading". - `track`: one record's alone.
+    """
+
+    kind: str
+    variable: str
+    track: str | None = None
+
+    sort: ClassVar[str] = "sensor-error"
+    order: ClassVar[int] = 2
+
+    @classmethod
+    def signatures(cls, fit: Fitted, earlier: Bumps) -> Bumps:  # noqa: ARG003
+        """Bumps over the time of every channel, and over the reading of every sensor."""
+        local, out = fit.local, []
+        layout = local.layout
+        for number, channel in enumerate(layout.channels):
+            rows = (layout.channel == number) & layout.read
+            target = cls(channel.quantity, TIME.name, channel.track)
+            out.append(_bumped(layout.time, rows, TIME_BUMPS, target))
+        quantities = {channel.sensor: channel.quantity for channel in layout.channels}
+        for sensor, name in enumerate(layout.problem.sensors):
+            rows = (layout.sensor == sensor) & layout.read
+            target = cls(quantities[name], "reading")
+            out.append(_bumped(local.reading, rows, READING_BUMPS, target))
+        return together(out)
+
+    @property
+    def about(self) -> About:
+        """What it is."""
+        return distorted(self.kind, TIME if self.variable == TIME.name else None)
+
+    @property
+    def prior_class(self) -> str:
+        """As of hidden forces: over time, or a curve."""
+        return "time" if self.variable == TIME.name else "curve"
+
+    @property
+    def pooled(self) -> AbstractHidden | None:
+        """The same over the time of all records."""
+        return None if self.track is None else dataclasses.replace(self, track=None)
+
+    @property
+    def forms(self) -> tuple[str, ...]:
+        """A drift; in proportion to its reading it would be the gain, which every fit has."""
+        return ("proportional",) if self.variable == TIME.name else ()
+
+
+def _bumped(
+    values: Float[np.ndarray, " n"], rows: Bool[np.ndarray, " n"], count: int, target: SensorError
+) -> Bumps:
+    """Bumps of a reading over some values, in some rows."""
+    low, high = float(values[rows].min()), float(values[rows].max())
+    width = max((high - low) / (count - 1), 1e-12)
+    centres = low + width * np.arange(count)
+    height = np.maximum(0.0, 1.0 - np.abs(values[:, None] - centres) / width)
+    return Bumps(np.where(rows[:, None], height, 0.0), (target,) * count, centres)

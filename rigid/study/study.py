@@ -1,0 +1,139 @@
+"""A study: a spec with its records, and what can be asked of them."""
+
+import contextlib
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import jax
+from jax import Array
+from jax.typing import ArrayLike
+
+from rigid.inference.calibrate import calibrate
+from rigid.io.cli import Options
+from rigid.io.errors import InputError
+from rigid.io.files import locked
+from rigid.likelihood.assemble import assemble
+from rigid.likelihood.problem import Problem
+from rigid.records.read import read_records
+from rigid.records.record import Record
+from rigid.spec import Spec, find_spec, load_spec
+from rigid.study.density import LogPosterior
+from rigid.study.fit import Fit
+from rigid.study.simulation import Readings, simulate
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """A spec with its records; each method is what the command of its name does.
+
+    - `spec`: as `rigid.load` reads it.
+
+    Records are read and the model is put together when they are first needed. Methods that take
+    `seed`, `resume` and `quiet` mean by them what the commands' options do; `out` is a folder for
+    all files that the command writes, None: nothing is written.
+    """
+
+    spec: Spec
+
+    @cached_property
+    def records(self) -> tuple[Record, ...]:
+        """The records that are fitted, read and checked.
+
+        Raises InputError where a file is not what the spec says.
+        """
+        return read_records(self.spec)
+
+    @cached_property
+    def problem(self) -> Problem:
+        """Model, priors and data put together."""
+        with jax.ensure_compile_time_eval():  # kept beyond the trace that may be under way
+            return assemble(self.spec, self.records)
+
+    @cached_property
+    def log_posterior(self) -> LogPosterior:
+        """Log-posterior density as a function of a vector z."""
+        return LogPosterior(self.problem)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Labels of the uncertain numbers, in the order of z."""
+        return self.problem.parameters.labels
+
+    @property
+    def units(self) -> dict[str, str]:
+        """SI unit of every uncertain number, by label."""
+        return {p.label: p.unit for p in self.problem.parameters.sampled}
+
+    @property
+    def times(self) -> dict[str, Array]:
+        """Sample times [s] of every record by "record,cylinder", (samples,)."""
+        return {track.label: jax.numpy.asarray(track.times) for track in self.problem.tracks}
+
+    def simulate(self, values: Mapping[str, ArrayLike], key: Array | None = None) -> Readings:
+        """Return what all sensors read, by "record,cylinder" and quantity, (samples,) in SI.
+
+        - `values`: SI scalars by label, as `log_posterior.values(z)` or a posterior has them; those
+          left out are at their prior medians. `gain[load,A]`, `zero[load,A]` correct a sensor.
+        - `key`: of random numbers, for noise and rounding; None: as an ideal sensor reads.
+
+        Compiled; to be differentiated by the values and mapped over them.
+
+        Raises InputError for labels that nothing answers to.
+        """
+        return simulate(self.problem, values, key)
+
+    def fit(
+        self,
+        out: Path | str | None = None,
+        *,
+        seed: int | None = None,
+        resume: bool = False,
+        quiet: bool = False,
+    ) -> Fit:
+        """Fit the spec to its records.
+
+        Raises InputError for a spec of published numbers, EnvironmentFaultError where the folder
+        cannot be used.
+        """
+        if self.spec.published is not None:
+            raise InputError(
+                f"{self.spec.path}: has [published] numbers; `python -m rigid.fit` takes them"
+            )
+        began = time.monotonic()
+        options = self._options(out, seed, resume, quiet)
+        problem = self.problem  # what is wrong with records shows before a folder is made
+        with _folder(options) as folder:
+            done = calibrate(self.spec, self.records, problem, options, folder)
+            found = Fit(self.spec, done, time.monotonic() - began)
+            if out is not None:
+                found.write(folder)
+        return found
+
+    def _options(
+        self, out: Path | str | None, seed: int | None, resume: bool, quiet: bool
+    ) -> Options:
+        where = None if out is None else Path(out)
+        return Options(str(self.spec.path), where, seed, resume, quiet, as_json=False)
+
+
+@contextlib.contextmanager
+def _folder(options: Options) -> Iterator[Path]:
+    """Hold the folder of a run, or one for as long as the run takes."""
+    if options.out is None:
+        with TemporaryDirectory(prefix="rigid-") as made:
+            yield Path(made)
+    else:
+        with locked(options.out):
+            yield options.out
+
+
+def load(name: Path | str) -> Study:
+    """Return the study of a spec: a path, NAME of ./fits/NAME.toml, or a shipped example.
+
+    Raises InputError where there is no such spec, with one line for each mistake in it.
+    """
+    return Study(load_spec(find_spec(str(name))))

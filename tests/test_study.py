@@ -1,0 +1,250 @@
+"""The package as a library: one object per spec, the same numbers as the commands."""
+
+import os
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import arviz as az
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import rigid
+from rigid.inference.posterior import load_posterior
+from rigid.io import cli
+from rigid.likelihood.assemble import assemble
+from rigid.likelihood.problem import log_density, log_posterior, walkers
+from rigid.records.read import read_records
+from rigid.spec import load_spec
+
+ROOT = Path(rigid.__file__).parents[1]
+MASS, DRAG = 40.0, 120.0
+SPEC = """\
+title = "Cart"
+simulated = true
+
+[model]
+body = "cart"
+effects = ["viscous-friction"]
+
+[priors]
+M_Pl = { lognormal = { median = 30.0, factor = 2.0 } }
+mu = { lognormal = { median = 100.0, factor = 3.0 } }
+
+[sensors]
+force = { noise = 2.0, gain_sd = 0.01, zero_sd = 1.0 }
+
+[[records]]
+name = "to-and-fro"
+kind = "motion"
+file = "cart.csv"
+[records.channels]
+time = { column = "t", unit = "s" }
+position = { column = "x", unit = "m" }
+force = { column = "F", unit = "N" }
+
+[sampler]
+ensembles = 2
+starts = 4
+walkers = 16
+ess = 100.0
+r_hat = 1.1
+"""
+
+
+def write_cart(folder: Path) -> Path:
+    """Write a record of a cart with known mass and drag, and its spec; gives the spec's path."""
+    rng = np.random.default_rng(1)
+    t = np.arange(0.0, 20.0, 0.005)
+    w = 2.0 * np.pi * 0.5
+    x = 0.3 * np.sin(w * t)
+    force = -MASS * 0.3 * w**2 * np.sin(w * t) + DRAG * 0.3 * w * np.cos(w * t)
+    force = force + 8.0 * rng.standard_normal(t.size)
+    rows = [f"{a:.4f},{b:.9f},{c:.4f}" for a, b, c in zip(t, x, force, strict=True)]
+    (folder / "cart.csv").write_text("\n".join(["t,x,F", *rows]) + "\n", "utf-8")
+    (folder / "cart.toml").write_text(SPEC, "utf-8")
+    return folder / "cart.toml"
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    return write_cart(tmp_path_factory.mktemp("cart"))
+
+
+@pytest.fixture(scope="module")
+def study(path):
+    return rigid.load(path)
+
+
+@pytest.fixture(scope="module")
+def z(study):
+    rng = np.random.default_rng(2)
+    return rng.standard_normal((walkers(study.problem) // 2, len(study.names)))
+
+
+def run(program, **env):
+    return subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", program],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"PYTHONPATH": str(ROOT)} | env,
+        check=False,
+        timeout=300,
+    )
+
+
+def test_every_name_is_there_and_documented():
+    assert len(rigid.__all__) >= 8
+    for name in rigid.__all__:
+        assert getattr(rigid, name).__doc__.strip()
+    assert set(rigid.__all__) <= set(dir(rigid))
+    with pytest.raises(AttributeError, match="no attribute 'lod'"):
+        _ = rigid.lod
+
+
+def test_the_density_is_that_of_the_command_to_the_bit(study, path, z):
+    spec = load_spec(path)
+    problem = assemble(spec, read_records(spec))
+    assert study.names == problem.parameters.labels
+    expected = np.asarray(log_posterior(problem, jnp.asarray(z)))
+    assert np.all(np.isfinite(expected))
+    np.testing.assert_array_equal(np.asarray(study.log_posterior(z)), expected)
+    np.testing.assert_array_equal(log_density(problem, z), expected)
+
+
+def test_the_density_maps_compiles_and_has_gradients(study, z):
+    density = study.log_posterior
+    rows = jnp.asarray(z)
+    expected = np.asarray(density(rows))
+    one = float(density(rows[0]))
+    # Batches of other sizes differ in the order of sums alone: 2,000 samples of 1e-16 each.
+    np.testing.assert_allclose(one, expected[0], rtol=1e-12)
+    np.testing.assert_allclose(jax.vmap(density)(rows), expected, rtol=1e-12)
+    np.testing.assert_allclose(jax.jit(density)(rows[0]), one, rtol=1e-12)
+    prior = -0.5 * np.sum(z**2, axis=1) - 0.5 * density.size * np.log(2 * np.pi)
+    np.testing.assert_allclose(density.log_likelihood(rows), expected - prior, rtol=1e-12)
+    slope = np.asarray(jax.grad(density)(rows[0]))
+    h = 1e-5  # error h^2 of a third derivative that is of the size of the slope
+    for i in range(density.size):
+        step = jnp.zeros(density.size).at[i].set(h)
+        numeric = (float(density(rows[0] + step)) - float(density(rows[0] - step))) / (2 * h)
+        assert slope[i] == pytest.approx(numeric, rel=1e-5, abs=1e-4 * abs(slope).max())
+    with pytest.raises(ValueError, match=r"must be \(3,\) or \(n, 3\)"):
+        density(jnp.zeros(2))
+
+
+def test_values_are_those_of_the_prior_laws(study):
+    found = study.log_posterior.values(jnp.zeros(len(study.names)))
+    assert float(found["M_Pl"]) == pytest.approx(30.0, rel=1e-12)
+    assert found["mu"].shape == ()
+    assert study.log_posterior.values(jnp.zeros((4, len(study.names))))["mu"].shape == (4,)
+    assert study.units["mu"] == "N s/m"
+
+
+def test_readings_are_linear_in_mass_and_drag(study):
+    place = "to-and-fro,A"
+    read = study.simulate({"M_Pl": 40.0, "mu": 0.0})[place]["force"]
+    twice = study.simulate({"M_Pl": 80.0, "mu": 0.0})[place]["force"]
+    assert read.shape == study.times[place].shape
+    np.testing.assert_allclose(twice, 2.0 * read, rtol=1e-9)
+    skewed = study.simulate({"M_Pl": 40.0, "mu": 0.0, "gain[force,A]": 0.5, "zero[force,A]": 3.0})
+    np.testing.assert_allclose(skewed[place]["force"], 1.5 * read + 3.0, rtol=1e-9)
+
+    def largest(mass):
+        return jnp.max(study.simulate({"M_Pl": mass, "mu": 0.0})[place]["force"])
+
+    slope = jax.jit(jax.grad(largest))(40.0)
+    assert float(slope) == pytest.approx(float(largest(40.0)) / 40.0, rel=1e-9)
+    both = jax.vmap(largest)(jnp.array([40.0, 80.0]))
+    np.testing.assert_allclose(both, [read.max(), twice.max()], rtol=1e-9)
+    with pytest.raises(rigid.InputError, match="simulate: unknown name 'M_pl'; did you mean"):
+        study.simulate({"M_pl": 1.0})
+
+
+def test_noise_is_drawn_on_request(study):
+    place = "to-and-fro,A"
+    key = jax.random.key(0)
+    ideal = study.simulate({})[place]["force"]
+    noisy = study.simulate({"noise[force,A]": 4.0}, key)[place]["force"]
+    n = len(ideal)
+    assert float(jnp.std(noisy - ideal)) == pytest.approx(4.0, rel=4.0 / np.sqrt(2 * n))
+    again = study.simulate({"noise[force,A]": 4.0}, key)[place]["force"]
+    np.testing.assert_array_equal(noisy, again)
+
+
+def test_thirty_two_bits_are_refused(study, path):
+    with jax.enable_x64(False), pytest.raises(rigid.EnvironmentFaultError, match="in 32 bits"):
+        study.log_posterior(np.zeros(3))
+    steps = f"""
+from pathlib import Path
+from rigid.spec import load_spec
+from rigid.records.read import read_records
+from rigid.likelihood.assemble import assemble
+spec = load_spec(Path({str(path)!r}))
+assemble(spec, read_records(spec))
+"""
+    done = run(steps)
+    assert "JAX computes in 32 bits here" in done.stderr.splitlines()[-1]
+    held = run("import rigid; rigid.load", JAX_ENABLE_X64="0")
+    assert "JAX_ENABLE_X64 holds JAX to 32 bits" in held.stderr.splitlines()[-1]
+
+
+def test_a_session_that_ran_in_32_bits_goes_on_in_64(path):
+    program = f"""
+import jax, jax.numpy as jnp
+assert jnp.ones(3).dtype == jnp.float32
+import rigid
+study = rigid.load({str(path)!r})
+print(study.log_posterior(jnp.zeros(len(study.names))).dtype)
+"""
+    done = run(program)
+    assert (done.returncode, done.stdout) == (0, "float64\n"), done.stderr
+
+
+def test_a_command_runs_outside_the_main_thread(monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["rigid.test", "some-spec", "--quiet"])
+    found = []
+    thread = threading.Thread(target=lambda: found.append(cli.run("test", "Tests.", lambda _: 0)))
+    thread.start()
+    thread.join()
+    assert found == [0]
+
+
+@pytest.fixture(scope="module")
+def fit(study):
+    return study.fit(quiet=True)
+
+
+def test_a_fit_finds_mass_and_drag(fit):
+    table = fit.summary()
+    assert table.index.name == "name"
+    for name, truth in (("M_Pl", MASS), ("mu", DRAG)):
+        assert abs(table.loc[name, "mean"] - truth) < 4.0 * table.loc[name, "sd"]
+    assert {check.name for check in fit.checks} >= {"converged", "starts", "residuals"}
+    assert fit.best.shape == (3,)
+
+
+def test_its_figures_can_be_had(fit):
+    figure = fit.plot.record("to-and-fro")
+    assert figure.axes
+    assert fit.plot.corner().axes
+    assert fit.plot.traces().axes
+    with pytest.raises(LookupError, match="no roots"):
+        fit.plot.roots()
+    with pytest.raises(KeyError, match="there are to-and-fro,A"):
+        fit.plot.record("elsewhere")
+
+
+def test_its_posterior_is_the_file(fit, tmp_path):
+    fit.write(tmp_path)
+    read = load_posterior(tmp_path / "posterior.nc")
+    assert set(read.children) == set(fit.posterior.children)
+    for name, group in fit.posterior.children.items():
+        for variable, values in group.to_dataset().data_vars.items():
+            np.testing.assert_array_equal(read[name][variable].values, values.values)
+            assert read[name][variable].attrs == values.attrs
+    assert {"index.html", "summary.csv", "result.json"} <= {p.name for p in tmp_path.iterdir()}
+    assert np.isfinite(np.asarray(az.ess(fit.posterior["posterior"]["mu"].values)))
