@@ -1,7 +1,7 @@
 """One call: a campaign of a population in files, with a spec and a truth that no workflow opens."""
 
 import json
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -59,9 +59,9 @@ def runs_of(population: Population, rig: Rig, shape, rng) -> list[Run]:
         volume = AREA * (stroke + load / AREA / rig.k_oil * (rig.L_0 + stroke))
         valve = (
             (opened, volume / opened / FULL),
-            (opened + held, 0.0),
-            (opened + held + let, -(1.0 - left) * volume / let / FULL),
-            (opened + held + let + rest, 0.0),
+            (round(opened + held, 1), 0.0),
+            (round(opened + held + let, 1), -(1.0 - left) * volume / let / FULL),
+            (round(opened + held + let + rest, 1), 0.0),
         )
         found.append(Run(f"press-{number + 1}", "frame", "AB"[number % 2], valve[-1][0], valve))
     for number in range(int(shape.integers(2, 4))):
@@ -69,8 +69,8 @@ def runs_of(population: Population, rig: Rig, shape, rng) -> list[Run]:
         fraction = rng.uniform(0.05, 0.28)
         for cylinder in "AB":
             own = float(fraction * rng.uniform(0.85, 1.18))
-            valve = ((opened, own), (opened + shut, 0.0))
-            found.append(Run(f"run-{number + 1}", "free-run", cylinder, opened + shut, valve))
+            valve = ((opened, own), (round(opened + shut, 1), 0.0))
+            found.append(Run(f"run-{number + 1}", "free-run", cylinder, valve[-1][0], valve))
     for number in range(int(shape.integers(1, 3))):
         instant = float(rng.uniform(0.03, 0.05))
         instant = round(instant * FAST) / FAST if population.grid else instant
@@ -118,12 +118,14 @@ def campaign(population: str, seed: int, folder: Path) -> Path:
     }  # fmt: skip
     spec = HEAD.format(population=population, seed=seed)
     for run in runs:
-        spec += "\n" + _written(made, run, motion(rig, run, cause, made.tolerance), sensors, folder, rng)
+        spec += "\n" + _written(
+            made, run, motion(rig, run, cause, made.tolerance), sensors, folder, rng
+        )
     (folder / "spec.toml").write_text(spec, "utf-8")
     truth = {
         "simulated": True, "population": population, "seed": seed, "rig": asdict(rig),
         "hidden": [{"form": type(one).__name__, **asdict(one)} for one in cause],
-        "nearest": made.nearest, "chain": asdict(replace(made.chain)),
+        "nearest": made.nearest, "chain": asdict(made.chain),
         "runs": [asdict(run) for run in runs],
         "sensors": {",".join(key): asdict(one) for key, one in sensors.items()},
     }  # fmt: skip

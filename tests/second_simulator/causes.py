@@ -31,7 +31,9 @@ class Dahl(Cause):
 
     def act(self, now, own):
         v = now.speed
-        return Push(-self.force * own[0], rates=(self.stiffness / self.force * (v - own[0] * abs(v)),))
+        return Push(
+            -self.force * own[0], rates=(self.stiffness / self.force * (v - own[0] * abs(v)),)
+        )
 
 
 @dataclass(frozen=True)

@@ -289,9 +289,11 @@ def motion(rig: Rig, run: Run, causes: tuple[Cause, ...] = (), tolerance: float 
     plant = Plant(rig, run, memories + causes)
     y = plant.rest()
     absolute = np.array([*ABSOLUTE, *[1e-11] * (y.size - CORE)]) * tolerance / TOLERANCE
-    absolute[CORE + 2 :] *= [
-        max(abs(v), 1.0) for v in getattr(causes[0], "scales", [1.0] * (y.size - CORE - 2))
-    ] if causes else []
+    absolute[CORE + 2 :] *= (
+        [max(abs(v), 1.0) for v in getattr(causes[0], "scales", [1.0] * (y.size - CORE - 2))]
+        if causes
+        else []
+    )
     pieces, edges = [], [0.0, *run.breaks(), run.duration]
     for start, end in zip(edges, edges[1:], strict=False):
         middle = 0.5 * (start + end)

@@ -50,16 +50,20 @@ NULLS = {
     "averaging-converter": Population(chain=Chain(window=0.8, place=0.5)),
     "loose-solver": Population(tolerance=1e-5),
     "short-records": Population(durations=0.5),
-    "release-on-a-sample": Population(chain=Chain(window=1.0, place=0.5), grid=True),
-    "slow-strap": Population(strap=(1e-4, 1e-2, "logistic")),
-    "linear-strap": Population(strap=(1e-4, 1e-2, "linear")),
-    "exponential-strap": Population(strap=(1e-4, 1e-2, "exponential")),
+    "release-on-a-sample": Population(chain=Chain(window=0.1, place=0.5), grid=True),
+    "release-on-a-sample-coloured": Population(
+        chain=Chain(window=0.1, place=0.5, colour=(0.7, 0.85)), grid=True
+    ),
+    "slow-strap": Population(strap=(1e-3, 4e-3, "logistic")),
+    "linear-strap": Population(strap=(1e-3, 4e-3, "linear")),
+    "exponential-strap": Population(strap=(1e-3, 4e-3, "exponential")),
     "pump-scale": Population(scale=1.02),
+    "pump-statement": Population(scale=1.64 / 1.68),
     "frame-stiffness": Population(frame=1.06),
     "intake-density": Population(intake=True),
 }
 """Nothing is missing that a name of the catalogue stands for; intake and straps are physics that
-the model takes otherwise."""
+the model takes otherwise. `pump-statement`: q_min of the paper's (1) over that of (22)."""
 
 
 def _about(rng: np.random.Generator, value: float) -> float:
