@@ -13,7 +13,7 @@ from .sensors import averaged, converted, drawn, instants, noise_of
 FAST = 1600.0
 UNITS = {"load": ("F", "N", 1.0), "stroke": ("s", "cm", 1e-2), "pressure": ("p", "MPa", 1e6)}
 SHAPES = 4
-"""Lengths of records and valve times follow seed % SHAPES, so that compiled programs serve again."""
+"""Lengths of records and valve times follow seed % SHAPES: compiled programs serve again."""
 FULL = (6.645 + 4.965) * 1e-3 / 60.0
 HEAD = """\
 title = "{population}, seed {seed}: simulated by equations of another form"

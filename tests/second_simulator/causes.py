@@ -242,7 +242,7 @@ class CreepingCell(Cause):
 
 @dataclass(frozen=True)
 class Drift(Cause):
-    """The load cell's zero wanders: a random walk, smoothed to a Fourier sum with 1/n amplitudes."""
+    """The load cell's zero wanders: a random walk as a Fourier sum with amplitudes of 1/n."""
 
     size: float
     span: float

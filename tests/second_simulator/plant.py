@@ -6,6 +6,7 @@ Signs: positive toward the ice.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 from math import exp, log1p, tanh
 from typing import NamedTuple
 
@@ -15,7 +16,7 @@ from scipy.integrate import solve_ivp
 AREA, DENSITY, BAR = 44.2e-4, 900.0, 1e5
 CORE = 5
 TOLERANCE = 1e-8
-"""Relative error of a step; with the absolute ones below a tenth of any sensor's noise is far off."""
+"""Relative error of a step; with the absolute ones, far below a tenth of any sensor's noise."""
 ABSOLUTE = (1e-7, 1e-7, 1e-11, 1e-11, 1e-10)
 EVENTS_PER_STEP = 0.02
 """Longest step [s], so that none strides over a strap that lets go or a ramp of the valve."""
@@ -128,7 +129,8 @@ class Memory(Cause):
 class Run:
     """One cylinder in one record: `valve` (until [s], fraction of the pump), the last to the end.
 
-    - strap: (preload [N], instant [s], 10-90 % duration [s], law) of a release
+    - strap: (preload [N], instant [s], duration [s], law) of a release; the duration is that
+      from 90 to 10 % of the load, under the linear law of all of it
     """
 
     name: str
@@ -295,7 +297,7 @@ def motion(rig: Rig, run: Run, causes: tuple[Cause, ...] = (), tolerance: float 
         else []
     )
     pieces, edges = [], [0.0, *run.breaks(), run.duration]
-    for start, end in zip(edges, edges[1:], strict=False):
+    for start, end in pairwise(edges):
         middle = 0.5 * (start + end)
         valve = next((f for until, f in run.valve if middle < until), run.valve[-1][1])
         edge = 1e-12 if run.strap else 0.0  # the strap's law is seen from inside the stretch

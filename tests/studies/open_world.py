@@ -25,8 +25,7 @@ import numpy as np
 from open_world_page import page
 from rows import carry_out, lines_of
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT))  # for tests.second_simulator, where the study is run as a file
+sys.path.append(str(Path(__file__).resolve().parents[1]))  # where second_simulator lies
 
 FIRST_SEED = 910_000
 """Of development; campaign i of every population has seed FIRST_SEED + i."""
@@ -57,7 +56,7 @@ def options() -> argparse.Namespace:
 
 def cases(campaigns: int, only: list[str]) -> Iterator[Case]:
     """Index by index, so that lengths of records recur and compiled programs serve again."""
-    from tests.second_simulator import POPULATIONS
+    from second_simulator import POPULATIONS
 
     for i in range(campaigns):
         for place, population in enumerate(POPULATIONS):
@@ -137,7 +136,7 @@ def discovered(spec: Path, seed: int, folder: Path) -> dict:
 
 def one(case: Case, discover: bool) -> dict:
     """Simulate a campaign and put truth and answer into one row."""
-    from tests.second_simulator import campaign
+    from second_simulator import campaign
 
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)

@@ -49,10 +49,10 @@ def _kappas(row: Row) -> list[Row]:
 def _fits(fits: Sequence[Row]) -> str:
     lines = [
         "## Fits\n",
-        "Beside each quantity: how many 90 % intervals hold the truth, and how many posterior sds\n"
-        "the medians lie from it at most. kappa counts every record; *kappa q* is the same with the\n"
-        "truth's pump in place of the model's. *Gap*: least to greatest. *Release*: greatest error\n"
-        "of a release's time [ms].\n",
+        "Beside each quantity: how many 90 % intervals hold the truth, and by how many posterior\n"
+        "sds the median that is farthest lies from it. kappa counts every record; *kappa q* is\n"
+        "the same with the truth's pump in place of the model's. *Gap*: least to greatest.\n"
+        "*Release*: greatest error of a release's time [ms].\n",
         "| population | fits | usable | gap | k_LC | k_oil | mu | abs mu, 0 Hz | abs mu, 80 Hz "
         "| kappa | kappa q | release | failed checks |",
         "|---" * 13 + "|",
@@ -93,9 +93,10 @@ def _channels(fits: Sequence[Row]) -> str:
     lines = [
         "## Where residuals are largest\n",
         "The channel with the greatest gap of each fit; *without*: its gap when its five largest\n"
-        "residuals are left out; *largest*: time and size (in units of the sheet's noise) of the\n"
+        "residuals are left out; *largest*: size (in units of the sheet's noise) and time of the\n"
         "largest; *lag 1*: autocorrelation of residuals one step ahead.\n",
-        "| population | seed | record | channel | gap | without | largest | lag 1 | strap lets go |",
+        "| population | seed | record | channel | gap | without | largest | lag 1 "
+        "| strap lets go |",
         "|---" * 9 + "|",
     ]
     for population, rows in _by_population(fits).items():
