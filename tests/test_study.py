@@ -278,8 +278,6 @@ def test_a_missing_effect_is_found_and_the_study_with_it_given(tmp_path):
 def test_bands_are_a_data_set_with_units(tmp_path, monkeypatch):
     import test_bands as hand
 
-    from rigid.io.cli import Options    from rigid.study.bands import bands
-
     hand.write_record(tmp_path / "press.csv")
     hand.write_posterior(tmp_path / "posterior.nc")
     (tmp_path / "field.toml").write_text(hand.spec_text(), "utf-8")
@@ -297,12 +295,9 @@ def test_bands_are_a_data_set_with_units(tmp_path, monkeypatch):
     assert (found.attrs["record"], found.attrs["simulated"]) == ("press", 1)
     np.testing.assert_array_equal(found["quantile"], [0.05, 0.25, 0.5, 0.75, 0.95])
 
-    class Other:
-        posterior = load_posterior(tmp_path / "posterior.nc")
-
+    posterior = load_posterior(tmp_path / "posterior.nc")
     (tmp_path / "posterior.nc").unlink()
-    given = Options("", None, None, False, True, False)
-    same = bands(study.spec, Other, None, 1, given)
+    same = study.bands(posterior, quiet=True)
     np.testing.assert_array_equal(same["load_B"], found["load_B"])
     with pytest.raises(rigid.InputError, match=r"bands\(record=...\) takes press"):
-        bands(study.spec, Other, "prss", 1, given)
+        study.bands(posterior, "prss", quiet=True)

@@ -23,7 +23,6 @@ from rigid.smoothing.learning import Learned
 from rigid.smoothing.mixture import LEVELS
 from rigid.smoothing.smoother import Keeping
 from rigid.spec import BandsSpec, Spec
-from rigid.study.fit import Fit
 
 KEPT = "bands/unfinished"
 """Folder of what is known of each test, until the run is done."""
@@ -140,22 +139,21 @@ def _learned(
 
 
 def bands(
-    spec: Spec, fit: Fit | None, record: str | None, seed: int, options: Options
+    spec: Spec, posterior: xr.DataTree | None, record: str | None, seed: int, options: Options
 ) -> xr.Dataset:
     """Bands of one field test.
 
-    - `fit`: whose posterior is taken; None: those that the spec names in [bands]. - `record`: name
+    - `posterior`: of a fit, as in posterior.nc; None: those that the spec names in [bands]. - `record`: name
       of the test; None where the spec has one alone.
 
     Raises InputError where there is no posterior or no such test.
     """
     with TemporaryDirectory(prefix="rigid-") as made:
         folder = Path(made)
-        if fit is not None:
-            tree = fit.posterior
-            groups = {str(name): group.to_dataset() for name, group in tree.children.items()}
+        if posterior is not None:
+            groups = {str(name): group.to_dataset() for name, group in posterior.children.items()}
             save_posterior(
-                folder / "posterior.nc", groups, {str(k): v for k, v in tree.attrs.items()}
+                folder / "posterior.nc", groups, {str(k): v for k, v in posterior.attrs.items()}
             )
             named = {"posterior": folder / "posterior.nc", "laws": ()}
             given = BandsSpec(posterior=folder) if spec.bands is None else spec.bands

@@ -121,7 +121,7 @@ class Study:
 
     def bands(
         self,
-        fit: Fit | None = None,
+        fit: Fit | xr.DataTree | None = None,
         record: str | None = None,
         *,
         seed: int | None = None,
@@ -129,13 +129,15 @@ class Study:
     ) -> xr.Dataset:
         """Return ice load and motion of a field record with bands: quantiles over time, in SI.
 
-        - `fit`: whose posterior is taken; None: those that the spec names in [bands].
+        - `fit`: whose posterior is taken, or a posterior as read from posterior.nc; None: those
+          that the spec names in [bands].
         - `record`: name of the field record; None where the spec has one alone.
 
         Raises InputError where there is no posterior or no such record.
         """
         options = self._options(None, seed, False, quiet)
-        return bands(self.spec, fit, record, self._seed(seed), options)
+        posterior = fit.posterior if isinstance(fit, Fit) else fit
+        return bands(self.spec, posterior, record, self._seed(seed), options)
 
     def write_bands(
         self,
