@@ -11,16 +11,22 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rigid.io.errors import EnvironmentFaultError, InputError, RigidError
     from rigid.io.runtime import prepare
+    from rigid.study.check import Checked
     from rigid.study.density import LogPosterior
+    from rigid.study.discovery import Discovery
     from rigid.study.fit import Fit
+    from rigid.study.laws import Laws
     from rigid.study.study import Study, load
 
 __version__ = "0.1.0"
 
 __all__ = [
+    "Checked",
+    "Discovery",
     "EnvironmentFaultError",
     "Fit",
     "InputError",
+    "Laws",
     "LogPosterior",
     "RigidError",
     "Study",
@@ -29,9 +35,12 @@ __all__ = [
 ]
 
 _HOMES = {
+    "Checked": "study.check",
+    "Discovery": "study.discovery",
     "EnvironmentFaultError": "io.errors",
     "Fit": "study.fit",
     "InputError": "io.errors",
+    "Laws": "study.laws",
     "LogPosterior": "study.density",
     "RigidError": "io.errors",
     "Study": "study.study",

@@ -12,6 +12,11 @@ if TYPE_CHECKING:
 SAYS = "Calibrate a rig: records in, posterior of its parameters and a report out."
 
 
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command."""
+    return run("fit", SAYS, fit, arguments)
+
+
 def fit(options: Options) -> int:
     """Calibrate and write all files; returns 0, or 1 if the result must not be used."""
     from rigid.spec import find_spec, load_spec
@@ -74,4 +79,4 @@ def fit_published(spec: "Spec", options: Options) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(run("fit", SAYS, fit))
+    sys.exit(main())

@@ -24,10 +24,11 @@ LAYERS = (
     ("discovery", "friction", "smoothing", "published"),
     ("report",),
     ("study",),
-    ("bands", "discover", "fit", "laws"),
+    ("bands", "check", "discover", "fit", "laws"),
+    ("__main__",),
 )
 LAYER = {room: number for number, rooms in enumerate(LAYERS) for room in rooms}
-FLOORS, ROOMS = 11, 26
+FLOORS, ROOMS = 12, 28
 
 # The same inside a room that has rooms of its own.
 WITHIN = {

@@ -248,3 +248,56 @@ def test_its_posterior_is_the_file(fit, tmp_path):
             assert read[name][variable].attrs == values.attrs
     assert {"index.html", "summary.csv", "result.json"} <= {p.name for p in tmp_path.iterdir()}
     assert np.isfinite(np.asarray(az.ess(fit.posterior["posterior"]["mu"].values)))
+
+
+def test_a_missing_effect_is_found_and_the_study_with_it_given(tmp_path):
+    path = write_cart(tmp_path)
+    text = SPEC.replace(
+        'effects = ["viscous-friction"]',
+        'effects = ["viscous-friction"]\ncandidates = ["coulomb-friction"]',
+    ).replace("[sensors]", "F_C = { lognormal = { median = 10.0, factor = 4.0 } }\n\n[sensors]")
+    path.write_text(text, "utf-8")
+    table = np.loadtxt(tmp_path / "cart.csv", delimiter=",", skiprows=1)
+    table[:, 2] += 20.0 * np.sign(np.cos(np.pi * table[:, 0]))  # the sign of its velocity
+    rows = [",".join(f"{v:.9g}" for v in row) for row in table]
+    (tmp_path / "cart.csv").write_text("\n".join(["t,x,F", *rows]) + "\n", "utf-8")
+    before = sorted(tmp_path.iterdir())
+    found = rigid.load(path).discover(quiet=True)
+    assert found.verdict == "named"
+    (step,) = found.steps
+    assert (step["effect"], step["spec"]) == ("coulomb-friction", None)
+    assert "1. coulomb-friction" in found.table()
+    assert "F_C" in found.extended.names
+    assert found.extended.spec.model.effects == ("viscous-friction", "coulomb-friction")
+    assert sorted(tmp_path.iterdir()) == before
+    laws = rigid.load(path).laws(tmp_path / "out", quiet=True)
+    assert (tmp_path / "out" / "laws.json").read_text("utf-8") == laws.json()
+    assert laws.result["verdict"] in laws.table()
+
+
+def test_bands_are_a_data_set_with_units(tmp_path, monkeypatch):
+    import test_bands as hand
+
+    hand.write_record(tmp_path / "press.csv")
+    hand.write_posterior(tmp_path / "posterior.nc")
+    (tmp_path / "field.toml").write_text(hand.spec_text(), "utf-8")
+    known = hand.known_by_hand(hand.ZEROS, hand.ZEROS)[1]
+    monkeypatch.setattr("rigid.smoothing.run.learned", lambda *_: (known,))
+    monkeypatch.setattr("rigid.smoothing.run.bands", lambda *_: hand.bands_by_hand("press"))
+    study = rigid.load(tmp_path / "field.toml")
+    found = study.bands(quiet=True)
+    expected = hand.bands_by_hand("press")
+    assert found.sizes["time"] == len(expected.time)
+    for name, band in expected.bands.items():
+        np.testing.assert_array_equal(found[name].values, band.quantiles)
+        np.testing.assert_array_equal(found[f"{name}_parts"].values, band.parts)
+    assert (found["load_B"].attrs["units"], found["time"].attrs["units"]) == ("N", "s")
+    assert (found.attrs["record"], found.attrs["simulated"]) == ("press", 1)
+    np.testing.assert_array_equal(found["quantile"], [0.05, 0.25, 0.5, 0.75, 0.95])
+
+    posterior = load_posterior(tmp_path / "posterior.nc")
+    (tmp_path / "posterior.nc").unlink()
+    same = study.bands(posterior, quiet=True)
+    np.testing.assert_array_equal(same["load_B"], found["load_B"])
+    with pytest.raises(rigid.InputError, match=r"bands\(record=...\) takes press"):
+        study.bands(posterior, "prss", quiet=True)

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import jax.numpy as jnp
 import numpy as np
-from tqdm.auto import tqdm
 
 from rigid import __version__
 from rigid.inference.adaptation import LEAST_WEIGHT, adapted
@@ -31,7 +30,7 @@ from rigid.inference.sample import Draws, Settings, Status, sample
 from rigid.inference.search import Found, compile_programs, search_from
 from rigid.inference.search_cache import Searched, load, save
 from rigid.inference.steady_first import beginnings, steady_part, with_ease
-from rigid.io.cli import Options, say
+from rigid.io.cli import Options, progress, reach, say
 from rigid.likelihood.effect_lookup import marks
 from rigid.likelihood.problem import Problem, log_density, log_posterior, walkers
 from rigid.records.record import Record
@@ -140,15 +139,11 @@ def _searched(
     if steady_part(spec) is None:
         first = begin()
     else:
-        with _bar(with_ease(starts), options, "starts of the steady rig") as bar:
-            first = begin(lambda done: _advance(bar, done))
-    with _bar(int(first.counts.sum()), options, "starts") as bar:
-        found = search_from(problem, first.z, lambda done: _advance(bar, done), first.counts)
+        with progress(options, "starts of the steady rig", with_ease(starts)) as bar:
+            first = begin(partial(reach, bar))
+    with progress(options, "starts", int(first.counts.sum())) as bar:
+        found = search_from(problem, first.z, partial(reach, bar), first.counts)
     return trusted(found, seed, lambda: say(options, REMADE))
-
-
-def _bar(total: int, options: Options, title: str) -> tqdm:
-    return tqdm(total=total, disable=options.quiet, desc=title)
 
 
 def trusted(found: Found, seed: int, remade: Callable[[], None] = lambda: None) -> Searched:
@@ -178,10 +173,6 @@ def propose(found: Found, rng: np.random.Generator) -> tuple[MixtureProposal, Mo
     weights = mode_weights(density, law.modes, rng, MODE_DRAWS, DOF)
     floored = np.maximum(weights.weights, LEAST_WEIGHT)
     return MixtureProposal(law.modes, floored / floored.sum(), DOF), weights
-
-
-def _advance(bar: tqdm, done: int) -> None:
-    bar.update(done - bar.n)
 
 
 def fingerprint(spec: Spec, records: tuple[Record, ...], seed: int) -> dict[str, str]:
@@ -219,7 +210,7 @@ def _sampled(
     )
     density = chart.density(lambda z: np.asarray(log_posterior(problem, jnp.asarray(z))))
 
-    with tqdm(total=rule.max_steps, disable=options.quiet, desc="steps") as bar:
+    with progress(options, "steps", rule.max_steps) as bar:
 
         def report(status: Status) -> None:
             bar.update(status.steps - bar.n)

@@ -5,14 +5,19 @@ of one ensemble steer each other; the effective sample size counts every walker 
 flattened walkers look independent and give a figure thirty to a hundred times too high.
 """
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import arviz as az
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 from scipy.stats import chi2, rankdata
+
+with warnings.catch_warnings():
+    # ArviZ 0.23 announces its successor on import, to those who did not import it themselves.
+    warnings.filterwarnings("ignore", r"\s*ArviZ is undergoing", FutureWarning)
+    import arviz as az
 
 TAILS = (0.05, 0.95)
 # Odds of a false alarm of the check against the spread of ensemble means, over all quantities.

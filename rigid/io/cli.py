@@ -10,9 +10,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
+from typing import TYPE_CHECKING
 
 from rigid import __version__
 from rigid.io.errors import InputError, RigidError
+
+if TYPE_CHECKING:
+    from tqdm.auto import tqdm
 
 TRACEBACK = "RIGID_TRACEBACK"
 """Environment variable that shows where a defect of the program is."""
@@ -48,9 +52,9 @@ class Interrupted(BaseException):
 
 def parse(command: str, says: str, arguments: list[str] | None = None) -> Options:
     """Read the command line; a mistake ends the program with status 2 and one message."""
-    parser = argparse.ArgumentParser(
-        prog=f"python -m rigid.{command}", description=says, allow_abbrev=False
-    )
+    script = Path(sys.argv[0]).name in ("rigid", "rigid.exe", "__main__.py")
+    prog = f"rigid {command}" if script else f"python -m rigid.{command}"
+    parser = argparse.ArgumentParser(prog=prog, description=says, allow_abbrev=False)
     parser.add_argument("spec", help="a spec: its path, or NAME of fits/NAME.toml or a shipped one")
     parser.add_argument("--out", type=Path, help="folder of the results (reports/<name>/)")
     parser.add_argument("--seed", type=_seed, help="seed, in place of the spec's")
@@ -83,6 +87,18 @@ def say(options: Options, line: str) -> None:
         sys.stderr.flush()
 
 
+def progress(options: Options, title: str, total: int | None, unit: str = "it") -> "tqdm":
+    """Return a progress bar on standard error, or in a notebook; none where it is to be quiet."""
+    from tqdm.auto import tqdm
+
+    return tqdm(total=total, disable=options.quiet, desc=title, unit=unit)
+
+
+def reach(bar: "tqdm", done: int) -> None:
+    """Show that `done` of a bar's total are done."""
+    bar.update(done - bar.n)
+
+
 @contextlib.contextmanager
 def signals() -> Iterator[None]:
     """Turn SIGINT and SIGTERM into `Interrupted`, so that files are closed on the way out.
@@ -104,12 +120,17 @@ def signals() -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def run(command: str, says: str, body: Callable[[Options], int]) -> int:
+def run(
+    command: str,
+    says: str,
+    body: Callable[[Options], int],
+    arguments: list[str] | None = None,
+) -> int:
     """Run a command and return its exit status; failures become one message, no traceback.
 
-    - `body`: does the work and returns 0 or 1.
+    - `body`: does the work and returns 0 or 1. - `arguments`: None: those of the process.
     """
-    options = parse(command, says)
+    options = parse(command, says, arguments)
     say(options, f"rigid {__version__}: {command} {options.spec}")
     try:
         with signals():
@@ -148,4 +169,14 @@ def _drop_output() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-__all__ = ["InputError", "Interrupted", "Options", "parse", "run", "say", "signals"]
+__all__ = [
+    "InputError",
+    "Interrupted",
+    "Options",
+    "parse",
+    "progress",
+    "reach",
+    "run",
+    "say",
+    "signals",
+]

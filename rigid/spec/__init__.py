@@ -2,7 +2,7 @@
 
 from rigid.spec.base import Known
 from rigid.spec.published import Printed, PublishedSpec
-from rigid.spec.read import find_spec, load_spec
+from rigid.spec.read import find_spec, load_spec, parse_spec
 from rigid.spec.record import ChannelSpec, DefectName, RecordSpec, Stretch
 from rigid.spec.sheets import SensorSpec
 from rigid.spec.values import BandsSpec, LawSpec, ModelSpec, RigSpec, SamplerSpec, Spec
@@ -24,4 +24,5 @@ __all__ = [
     "Stretch",
     "find_spec",
     "load_spec",
+    "parse_spec",
 ]

@@ -57,9 +57,9 @@ def _positive(known: Known) -> Known:
 
 def uncertain(share: float) -> BeforeValidator:
     """Mark a number whose sd is `share` of it where a spec states none."""
-    return BeforeValidator(partial(_known, share=share))
+    return BeforeValidator(partial(_known, share=share), json_schema_input_type=float | Known)
 
 
 POSITIVE = AfterValidator(_positive)
-Number = Annotated[Known, BeforeValidator(_known)]
+Number = Annotated[Known, BeforeValidator(_known, json_schema_input_type=float | Known)]
 """A number that is exact where a spec states no sd."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 
 from rigid.kinds import KINDS, Position, RecordKind
 from rigid.spec.base import POSITIVE, Flag, Known, Number, Real, Value, Whole, is_number, uncertain
@@ -55,8 +55,15 @@ def _until(given: Any) -> Any:
     return given
 
 
+def _without_end(schema: dict[str, Any]) -> None:
+    """Take from a JSON Schema the default that JSON cannot say."""
+    del schema["properties"]["until"]["default"]
+
+
 class Stretch(Value):
     """A position of the valve until a time [s] of the record."""
+
+    model_config = ConfigDict(json_schema_extra=_without_end)
 
     until: Annotated[float, Field(allow_inf_nan=True), BeforeValidator(_until)] = math.inf
     position: Position
@@ -77,7 +84,7 @@ class RecordSpec(Value):
     """One cylinder in one measured run."""
 
     name: Name
-    kind: Annotated[str, BeforeValidator(_kind)]
+    kind: Annotated[str, BeforeValidator(_kind), Field(json_schema_extra={"enum": [*KINDS]})]
     cylinder: Name = "A"
     file: Path
     channels: Mapping[Quantity, ChannelSpec]

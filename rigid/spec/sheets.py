@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 
 from rigid.spec.base import Real, Value
 
@@ -13,6 +13,11 @@ def _pair(given: Any) -> Any:
     if not isinstance(given, (list, tuple)) or len(given) != 2:
         raise ValueError("must be two numbers, as in [-3.3e5, 3.3e5]")
     return given
+
+
+def _none_required(schema: dict[str, Any]) -> None:
+    """Tell of a JSON Schema that what a file leaves out is filled from SHEETS."""
+    del schema["required"]
 
 
 class SensorSpec(Value):
@@ -26,6 +31,8 @@ class SensorSpec(Value):
     gain_sd: Annotated[Real, Field(ge=0.0)]
     zero_sd: Annotated[Real, Field(ge=0.0)]
     range: Annotated[tuple[Real, Real], BeforeValidator(_pair)]
+
+    model_config = ConfigDict(json_schema_extra=_none_required)
 
     @model_validator(mode="after")
     def ordered(self) -> "SensorSpec":

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, model_validator
 
 from rigid.spec.base import POSITIVE, Flag, Known, Real, Value, Whole, uncertain
 from rigid.spec.published import PublishedSpec
@@ -105,11 +105,21 @@ class ModelSpec(Value):
         return self
 
 
+def _as_written(schema: dict[str, Any]) -> None:
+    """Put into a law's JSON Schema how files write it: its name, then its arguments."""
+    number: dict[str, Any] = {"type": "number"}
+    arguments = {"anyOf": [number, {"type": "object", "additionalProperties": number}]}
+    del schema["properties"], schema["required"]
+    schema |= {"additionalProperties": arguments, "minProperties": 1, "maxProperties": 1}
+
+
 class LawSpec(Value):
     """A prior law by name with its arguments."""
 
     law: str
     arguments: Mapping[str, Real]
+
+    model_config = ConfigDict(json_schema_extra=_as_written)
 
     @model_validator(mode="before")
     @classmethod

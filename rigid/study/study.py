@@ -9,9 +9,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import jax
+import xarray as xr
 from jax import Array
 from jax.typing import ArrayLike
 
+from rigid.friction.models import without_friction
 from rigid.inference.calibrate import calibrate
 from rigid.io.cli import Options
 from rigid.io.errors import InputError
@@ -21,8 +23,12 @@ from rigid.likelihood.problem import Problem
 from rigid.records.read import read_records
 from rigid.records.record import Record
 from rigid.spec import Spec, find_spec, load_spec
+from rigid.study.bands import Written, bands, smoothing, write_all
+from rigid.study.check import Checked
 from rigid.study.density import LogPosterior
+from rigid.study.discovery import Discovery, Question, answer, candidates
 from rigid.study.fit import Fit
+from rigid.study.laws import Laws, compare_laws
 from rigid.study.simulation import Readings, simulate
 
 
@@ -112,6 +118,91 @@ class Study:
             if out is not None:
                 found.write(folder)
         return found
+
+    def bands(
+        self,
+        fit: Fit | xr.DataTree | None = None,
+        record: str | None = None,
+        *,
+        seed: int | None = None,
+        quiet: bool = False,
+    ) -> xr.Dataset:
+        """Return ice load and motion of a field record with bands: quantiles over time, in SI.
+
+        - `fit`: whose posterior is taken, or a posterior as read from posterior.nc; None: those
+          that the spec names in [bands].
+        - `record`: name of the field record; None where the spec has one alone.
+
+        Raises InputError where there is no posterior or no such record.
+        """
+        options = self._options(None, seed, False, quiet)
+        posterior = fit.posterior if isinstance(fit, Fit) else fit
+        return bands(self.spec, posterior, record, self._seed(seed), options)
+
+    def write_bands(
+        self,
+        out: Path | str,
+        *,
+        seed: int | None = None,
+        resume: bool = False,
+        quiet: bool = False,
+    ) -> Written:
+        """Make the bands of every field record and write all files of the command.
+
+        Raises InputError where the spec names no posterior, or one that is of another rig.
+        """
+        asked = smoothing(self.spec, self._seed(seed))
+        with _folder(self._options(out, seed, resume, quiet)) as folder:
+            return write_all(asked, folder, self._options(out, seed, resume, quiet))
+
+    @cached_property
+    def question(self) -> Question:
+        """What `discover` asks: records, problem, and the effects that could be missing.
+
+        Raises InputError for candidates that nothing answers to.
+        """
+        return Question(self.spec, self.records, self.problem, candidates(self.spec, self.problem))
+
+    def discover(
+        self,
+        out: Path | str | None = None,
+        *,
+        seed: int | None = None,
+        resume: bool = False,
+        quiet: bool = False,
+    ) -> Discovery:
+        """Find where model and records disagree, name the missing effect and add it."""
+        options, asked = self._options(out, seed, resume, quiet), self.question
+        with contextlib.nullcontext() if out is None else locked(out):
+            found = answer(asked, self._seed(seed), options)
+            if out is not None:
+                found.write()
+        return found
+
+    def laws(
+        self, out: Path | str | None = None, *, seed: int | None = None, quiet: bool = False
+    ) -> Laws:
+        """Compare the friction models."""
+        options = self._options(out, seed, False, quiet)
+        problem = assemble(without_friction(self.spec), self.records)
+        with contextlib.nullcontext() if out is None else locked(out):
+            found = compare_laws(self.spec, problem, self._seed(seed), options)
+            if out is not None:
+                found.write(Path(out))
+        return found
+
+    def check(self) -> Checked:
+        """Return what a fit would do: records, parameters with their priors, sampler.
+
+        Raises InputError where spec or records are at fault.
+        """
+        fitted = self.spec.published is None and any(r.fit for r in self.spec.records)
+        if not fitted:
+            return Checked(self.spec, (), None)
+        return Checked(self.spec, self.records, self.problem)
+
+    def _seed(self, given: int | None) -> int:
+        return self.spec.sampler.seed if given is None else given
 
     def _options(
         self, out: Path | str | None, seed: int | None, resume: bool, quiet: bool

@@ -69,7 +69,7 @@ def one_campaign(case: Campaign) -> dict:
             made = make(case, Path(name))
         except ValueError as error:
             return row | {"verdict": "unreachable", "says": str(error)}
-        answer, outcome = discovered(made, case.seed, Path(name) / "out")
+        answer, outcome = discovered(made, case.seed)
         if outcome is None:
             return row | {"verdict": answer["verdict"], "says": answer.get("says")}
         found = compared(outcome, case.seed)

@@ -46,31 +46,26 @@ def options() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def discovered(made: Made, seed: int, folder: Path) -> tuple[dict, "Outcome | None"]:
+def discovered(made: Made, seed: int) -> tuple[dict, "Outcome | None"]:
     """Run discovery as the command does; gives discovery.json and what it was made of.
 
     What the command refuses or fails at has a `verdict` of its own here, and what it said.
     """
-    from rigid import discover as command
-    from rigid.io.cli import Options
     from rigid.io.errors import RigidError
     from rigid.report.discovery.output import as_dict
-    from rigid.spec import load_spec
+    from rigid.study.study import load
 
-    given = Options(
-        spec=str(made.spec), out=folder, seed=seed, resume=False, quiet=True, as_json=True
-    )
     try:
-        asked = command.question(load_spec(made.spec))
-        outcome = command.answer(asked, given)
+        found = load(made.spec).discover(seed=seed, quiet=True)
     except RigidError as error:
         verdict = "refused" if error.status == 2 else "failed"
         says = str(error).replace(f"{made.spec.parent}/", "")
         return {"verdict": verdict, "steps": [], "says": says, "status": error.status}, None
     except (np.linalg.LinAlgError, ValueError) as error:  # a defect: counted, and the run goes on
         return {"verdict": "failed", "steps": [], "says": repr(error), "status": 3}, None
-    found = as_dict(asked.spec, outcome, None)
-    return json.loads(json.dumps(found, allow_nan=False)) | {"notes": asked.notes}, outcome
+    asked, outcome = found.question, found.outcome
+    told = as_dict(asked.spec, outcome, None)
+    return json.loads(json.dumps(told, allow_nan=False)) | {"notes": asked.notes}, outcome
 
 
 def one_campaign(case: Case, with_closure: bool) -> dict:
@@ -89,7 +84,7 @@ def one_campaign(case: Case, with_closure: bool) -> dict:
         row["made_s"] = round(time.monotonic() - began, 1)
         row["truth"] = json.loads((folder / "truth.json").read_text("utf-8"))["hidden"]
         began, busy = time.monotonic(), time.process_time()
-        row["answer"], outcome = discovered(made, case.seed, folder / "out")
+        row["answer"], outcome = discovered(made, case.seed)
         row["discover_s"] = round(time.monotonic() - began, 1)
         row["core_s"] = round(time.process_time() - busy, 1)
         if outcome is None:

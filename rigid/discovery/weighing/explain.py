@@ -233,7 +233,7 @@ def curves_of_all(
         one = listed[members[0]]
         departures = amplitudes(one.law, one.absent)
         out[members] = curves_of(departures, sizes[members], strengths)
-    return out + np.array([[one.log_share] for one in listed])
+    return out + np.array([one.log_share for one in listed])[:, None]
 
 
 def curves_of(

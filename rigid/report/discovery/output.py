@@ -86,7 +86,11 @@ def _step(spec: Spec, step: Step, extended: Path | None) -> dict[str, Any]:
         return out | {
             "parameters": {}, "moved": {}, "gap": None, "next_record": None, "spec": None
         }  # fmt: skip
-    return out | _added(step, step.chosen, step.judged) | {"spec": str(extended)}
+    return (
+        out
+        | _added(step, step.chosen, step.judged)
+        | {"spec": None if extended is None else str(extended)}
+    )
 
 
 def _added(step: Step, name: str, judged: Judged) -> dict[str, Any]:

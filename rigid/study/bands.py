@@ -1,0 +1,208 @@
+"""Bands of a study's field records: as files of a whole run, and as a data set of one record."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from shutil import rmtree
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from rigid.inference.posterior import save_posterior
+from rigid.io.cli import Options, progress, reach, say
+from rigid.io.errors import InputError
+from rigid.report.bands import output
+from rigid.report.bands.present import content, finished
+from rigid.report.bands.section import write_report
+from rigid.smoothing import kept, run
+from rigid.smoothing.field import Field, read_fields
+from rigid.smoothing.finished import Finished
+from rigid.smoothing.laws import Law, draws, read_laws, some
+from rigid.smoothing.learning import Learned
+from rigid.smoothing.mixture import LEVELS
+from rigid.smoothing.smoother import Keeping
+from rigid.spec import BandsSpec, Spec
+
+KEPT = "bands/unfinished"
+"""Folder of what is known of each test, until the run is done."""
+
+LONG_NAMES = {
+    "load": "load on the ice",
+    "displacement": "displacement of the plate",
+    "kappa": "flow fraction",
+    "tilt": "difference of the plate's displacements",
+}
+
+Fields = tuple[Field, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Smoothing:
+    """Field tests, and what the rig may be.
+
+    - `tests`: cylinders of each. - `laws`: with the draws to use. - `seed`.
+    """
+
+    spec: Spec
+    tests: tuple[Fields, ...]
+    laws: tuple[Law, ...]
+    seed: int
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the tests."""
+        return [fields[0].name for fields in self.tests]
+
+
+@dataclass(frozen=True, eq=False)
+class Written:
+    """A run whose files are written: `result` is bands.json, `text` as it stands there."""
+
+    tests: tuple[Finished, ...]
+    result: dict[str, Any]
+    text: str
+
+
+def smoothing(spec: Spec, seed: int) -> Smoothing:
+    """Read posteriors and field records.
+
+    Raises InputError where a posterior does not hold what a record asks for.
+    """
+    rng = np.random.default_rng([seed, 4])
+    laws = tuple(some(law, spec, rng) for law in read_laws(spec, rng))
+    tests = read_fields(spec)
+    for field in (field for test in tests for field in test):
+        for law in laws:
+            draws(law, field)  # refuses what the posterior does not hold before any work is done
+    return Smoothing(spec, tests, laws, seed)
+
+
+def write_all(asked: Smoothing, folder: Path, options: Options) -> Written:
+    """Make the bands of every field test and write all files."""
+    if not options.resume:
+        rmtree(folder / KEPT, ignore_errors=True)
+    found = tuple(_written(asked, test, folder, options) for test in asked.tests)
+    spec = asked.spec
+    made = output.as_dict(spec.path.stem, spec.simulated, asked.seed, found)
+    text = output.write_json(folder / "bands" / "bands.json", made)
+    write_report(content(spec, made, list(found), sum(law.size for law in asked.laws)), folder)
+    rmtree(folder / KEPT, ignore_errors=True)
+    return Written(found, made, text)
+
+
+def _written(asked: Smoothing, fields: Fields, folder: Path, options: Options) -> Finished:
+    """Make the bands of a test and write its files; gives what report and summary need of it."""
+    name, mark = fields[0].name, kept.mark(fields, asked.laws, asked.seed)
+    path = folder / KEPT / f"{name}.json"
+    done = kept.load_finished(path, mark) if options.resume else None
+    if done is not None:
+        say(options, f"{name}: taken from the run before")
+        return done
+    found = _mixed(asked, fields, folder / KEPT, options)
+    output.write_bands(folder / "bands", found)
+    done = finished(found, asked.spec.simulated)
+    output.write_figures(folder / "bands", done)
+    kept.save_finished(path, mark, done)
+    path.with_suffix(".npz").unlink()
+    return done
+
+
+def _mixed(asked: Smoothing, fields: Fields, folder: Path, options: Options) -> run.Bands:
+    """Learn how a load moves, and mix the draws of all laws into bands.
+
+    - `folder`: keeps states, and what was learned.
+    """
+    under = run.ways(fields, _learned(asked, fields, folder, options), asked.laws)
+    title = f"{fields[0].name}: draws"
+    with progress(options, title, run.blocks(under), "block") as bar:
+        return run.bands(
+            under, asked.seed, Keeping(folder, lambda count: reach(bar, int(bar.n) + count))
+        )
+
+
+def _learned(
+    asked: Smoothing, fields: Fields, folder: Path, options: Options
+) -> tuple[tuple[Learned, ...], ...]:
+    """Learn how the load of a test moves under each law; keep what is done."""
+    name, mark = fields[0].name, kept.mark(fields, asked.laws, asked.seed)
+    path = folder / f"{name}.npz"
+    known = kept.load(path, mark, len(fields)) if options.resume else ()
+    with progress(options, f"{name}: learning", None, "pass") as bar:
+        for law in asked.laws[len(known) :]:
+            known = (
+                *known,
+                run.learned(asked.spec, fields, law, lambda count: reach(bar, int(bar.n) + count)),
+            )
+            kept.save(path, mark, known)
+    return known
+
+
+def bands(
+    spec: Spec, posterior: xr.DataTree | None, record: str | None, seed: int, options: Options
+) -> xr.Dataset:
+    """Bands of one field test.
+
+    - `posterior`: of a fit, as in posterior.nc; None: those that the spec names in [bands]. - `record`: name
+      of the test; None where the spec has one alone.
+
+    Raises InputError where there is no posterior or no such test.
+    """
+    with TemporaryDirectory(prefix="rigid-") as made:
+        folder = Path(made)
+        if posterior is not None:
+            groups = {str(name): group.to_dataset() for name, group in posterior.children.items()}
+            save_posterior(
+                folder / "posterior.nc", groups, {str(k): v for k, v in posterior.attrs.items()}
+            )
+            named = {"posterior": folder / "posterior.nc", "laws": ()}
+            given = BandsSpec(posterior=folder) if spec.bands is None else spec.bands
+            spec = spec.model_copy(update={"bands": given.model_copy(update=named)})
+        asked = smoothing(spec, seed)
+        fields = _one(asked, record)
+        return dataset(asked, _mixed(asked, fields, folder, options))
+
+
+def _one(asked: Smoothing, record: str | None) -> Fields:
+    """The test that is asked for."""
+    names = asked.names
+    if record is None and len(names) == 1:
+        return asked.tests[0]
+    if record not in names:
+        raise InputError(
+            f"{asked.spec.path}: which field record? bands(record=...) takes {', '.join(names)}"
+        )
+    return asked.tests[names.index(record)]
+
+
+def dataset(asked: Smoothing, found: run.Bands) -> xr.Dataset:
+    """Quantiles of every quantity over time, and the parts of its standard deviation.
+
+    `load_A` (quantile, time), `load_A_parts` (part, time), ..., in SI; attributes tell units, what
+    it is, record, seed and whether the records are simulated.
+    """
+    variables = {}
+    for name, band in found.bands.items():
+        unit, said = output.unit(name), _long_name(name)
+        variables[name] = (("quantile", "time"), band.quantiles, {"units": unit, "long_name": said})
+        parts = {"units": unit, "long_name": f"standard deviation of {said} by source"}
+        variables[f"{name}_parts"] = (("part", "time"), band.parts, parts)
+    coords = {
+        "time": ("time", found.time, {"units": "s", "long_name": "time of the record"}),
+        "quantile": ("quantile", np.asarray(LEVELS), {"units": "1"}),
+        "part": list(run.PART_NAMES),
+    }
+    attrs = {
+        "record": found.name,
+        "spec_name": asked.spec.path.stem,
+        "simulated": int(asked.spec.simulated),
+        "seed": asked.seed,
+    }
+    return xr.Dataset(variables, coords, attrs)
+
+
+def _long_name(name: str) -> str:
+    """What a quantity such as `load_A` is."""
+    quantity, _, place = name.partition("_")
+    said = LONG_NAMES.get(quantity, quantity)
+    return f"{said}, cylinder {place}" if place else said

@@ -1,0 +1,181 @@
+"""What is missing from a study's model: the search, the workflow, and what came of them."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property, partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rigid.discovery.signatures import KEPT
+from rigid.discovery.unmodelled import SORTS
+from rigid.discovery.workflow import Outcome, Running
+from rigid.discovery.workflow import discover as work
+from rigid.effects import CATALOGUE, AbstractEffect
+from rigid.inference.calibrate import fingerprint
+from rigid.inference.search import settled
+from rigid.io.cache import Shelf
+from rigid.io.cli import Options, progress, reach, say
+from rigid.io.files import write_text
+from rigid.likelihood.assemble import given_laws
+from rigid.likelihood.effect_lookup import effects_named, marks
+from rigid.likelihood.problem import Problem
+from rigid.records.record import Record
+from rigid.report.discovery import compared, output
+from rigid.report.discovery.present import Run, content
+from rigid.report.discovery.section import write_report
+from rigid.report.discovery.terminal import table
+from rigid.spec import Spec, parse_spec
+
+if TYPE_CHECKING:
+    from rigid.study.study import Study
+
+STARTS = 4
+"""Starts of the search, at most: a fit in earnest takes more."""
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """What is asked: records, the problem they make, and what could be missing from it."""
+
+    spec: Spec
+    records: tuple[Record, ...]
+    problem: Problem
+    effects: tuple[type[AbstractEffect], ...]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the readers had to say of the records."""
+        return tuple(f"{r.name},{r.cylinder}: {note}" for r in self.records for note in r.notes)
+
+
+@dataclass(frozen=True, eq=False)
+class Discovery:
+    """What was found missing.
+
+    - `question`; `outcome`: all that was weighed; `seed`.
+    - `folder`: where the files are to lie; None: nowhere, files are named from the spec's folder.
+    """
+
+    question: Question
+    outcome: Outcome
+    seed: int
+    folder: Path | None = None
+
+    @property
+    def verdict(self) -> str:
+        """One of "nothing-missing", "named", "indistinguishable", "unnamed"."""
+        return self.outcome.verdict
+
+    @property
+    def steps(self) -> list[dict[str, Any]]:
+        """Entries of `steps` in discovery.json: where, effect, probability, alternatives, ..."""
+        return self.result["steps"]
+
+    @property
+    def extended(self) -> "Study | None":
+        """The study of the spec with the effects that were found; None where none was."""
+        from rigid.study.study import Study
+
+        if not self._extends:
+            return None
+        folder = self._spec.path.parent
+        text = output.extended_spec(self._spec, self.outcome, folder)
+        name = f"{self._spec.path.stem}-{output.SPEC_NAME}"
+        return Study(parse_spec(text, folder / name))
+
+    @cached_property
+    def result(self) -> Mapping[str, Any]:
+        """All of discovery.json."""
+        extended = None
+        if self._extends and self.folder is not None:
+            extended = self.folder / output.SPEC_NAME
+        told = output.as_dict(self._spec, self.outcome, extended)
+        return told | {"disagreements": compared.told(self._compared)}
+
+    def table(self) -> str:
+        """What the command prints."""
+        return table(dict(self.result))
+
+    def json(self) -> str:
+        """Text of discovery.json."""
+        return json.dumps(self.result, indent=1, allow_nan=False) + "\n"
+
+    def write(self) -> None:
+        """Write discovery.json, the spec with what was found, and the report to the folder."""
+        assert self.folder is not None  # whoever writes has named one
+        if self._extends:
+            text = output.extended_spec(self._spec, self.outcome, self.folder)
+            write_text(self.folder / output.SPEC_NAME, text)
+        write_text(self.folder / "discovery.json", self.json())
+        this = Run(self.seed, self.question.notes, self._compared)
+        write_report(content(self._spec, self.outcome, dict(self.result), this), self.folder)
+
+    @property
+    def _spec(self) -> Spec:
+        return self.question.spec
+
+    @property
+    def _extends(self) -> bool:
+        return any(step.chosen for step in self.outcome.steps)
+
+    @cached_property
+    def _compared(self) -> compared.Compared:
+        return compared.compared(self.outcome, self.seed)
+
+
+def candidates(spec: Spec, problem: Problem) -> tuple[type[AbstractEffect], ...]:
+    """Effects that could be missing: those the spec names, or the catalogue, where they act."""
+    named = spec.model.candidates
+    listed = tuple(CATALOGUE.values())
+    if named is not None:
+        listed = effects_named(named, spec.path.parent, f"{spec.path} [model] candidates")
+    kinds = {track.kind for track in problem.tracks}
+    taken = {info.name for effect in problem.effects for info in effect.parameters()}
+    return tuple(
+        effect
+        for effect in listed
+        if effect not in problem.effects
+        and any(effect.acts_in(kind) for kind in kinds)
+        and any(info.absent is not None for info in effect.parameters())
+        and not taken & {info.name for info in effect.parameters()}
+    )
+
+
+def answer(asked: Question, seed: int, options: Options) -> Discovery:
+    """Search the best fit of the model as specified, and run the workflow from there.
+
+    - `options`: `out` is the folder that keeps what takes long, None: none does.
+    """
+    spec = asked.spec
+    shelf = Shelf(options.out, _mark(asked, seed), options.resume)
+    found = shelf.once("discovery-search", lambda: _best(asked, seed, options))
+    running = Running(seed, lambda text: say(options, text), shelf)
+    best = found["z"], found["standard"]
+    outcome = work(asked.problem, best, asked.effects, given_laws(spec), running)
+    shelf.clear(KEPT)  # tens of megabytes that only a run under way needs
+    return Discovery(asked, outcome, seed, options.out)
+
+
+def _mark(asked: Question, seed: int) -> dict[str, str]:
+    """What the search and the traces depend on."""
+    listed = " ".join(effect.name for effect in asked.effects)
+    effects = (*asked.problem.effects, *asked.effects)
+    return (
+        fingerprint(asked.spec, asked.records, seed)
+        | marks(effects)
+        | {
+            "candidates": listed,
+            "hidden": " ".join(SORTS),
+        }
+    )
+
+
+def _best(asked: Question, seed: int, options: Options) -> dict[str, np.ndarray]:
+    """Gaussian scale and standard sensors of the best fit, with a progress bar."""
+    starts = min(asked.spec.sampler.starts, STARTS)
+    with progress(options, "starts", starts) as bar:
+        z, standard = settled(asked.problem, starts, seed, partial(reach, bar))
+    return {"z": z, "standard": standard}

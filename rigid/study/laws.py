@@ -1,0 +1,70 @@
+"""Which friction model a study's records speak for."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from rigid.friction.comparison import Comparison, compare
+from rigid.friction.fits import fit_laws
+from rigid.friction.models import laws
+from rigid.friction.next_record import next_record
+from rigid.io.cli import Options, say
+from rigid.io.files import write_text
+from rigid.likelihood.assemble import given_laws
+from rigid.likelihood.problem import Problem
+from rigid.report.laws.output import as_csv, as_dict
+from rigid.report.laws.present import content, table
+from rigid.report.laws.section import write_report
+from rigid.spec import Spec
+
+
+@dataclass(frozen=True, eq=False)
+class Laws:
+    """A comparison of friction models.
+
+    - `spec`; `comparison`: all that was worked out; `seed`.
+    """
+
+    spec: Spec
+    comparison: Comparison
+    seed: int
+
+    @cached_property
+    def result(self) -> Mapping[str, Any]:
+        """All of laws.json."""
+        return as_dict(self.spec, self.comparison, next_record(self.comparison), self.seed)
+
+    @property
+    def usable(self) -> bool:
+        """Whether a model explains the records."""
+        return self.result["usable"]
+
+    def table(self) -> str:
+        """What the command prints."""
+        return table(dict(self.result))
+
+    def json(self) -> str:
+        """Text of laws.json."""
+        return json.dumps(self.result, indent=1, allow_nan=False) + "\n"
+
+    def write(self, folder: Path) -> None:
+        """Write laws.json, laws.csv and the report."""
+        made = dict(self.result)
+        write_text(folder / "laws.json", self.json())
+        write_text(folder / "laws.csv", as_csv(made))
+        write_report(content(self.spec, made), folder)
+
+
+def compare_laws(spec: Spec, problem: Problem, seed: int, options: Options) -> Laws:
+    """Fit every friction model and compare them.
+
+    - `problem`: of the spec without friction. - `options`: whether progress is told.
+    """
+    fitted = fit_laws(
+        problem, laws(spec, problem), given_laws(spec), seed, lambda text: say(options, text)
+    )
+    say(options, "comparing")
+    return Laws(spec, compare(fitted, seed), seed)
