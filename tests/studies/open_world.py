@@ -48,6 +48,7 @@ def options() -> argparse.Namespace:
     parser.add_argument("--campaigns", type=int, default=2, help="of each population")
     parser.add_argument("--only", nargs="+", default=[], help="populations")
     parser.add_argument("--part", default="0/1", help="K/N: every N-th campaign from the K-th on")
+    parser.add_argument("--starts", type=int, default=16, help="of the search of a fit")
     parser.add_argument("--discover", action="store_true", help="discovery in place of the fit")
     parser.add_argument("--table", action="store_true", help="write the page, run nothing")
     parser.add_argument("--out", type=Path, default=Path("docs/studies/open_world"))
@@ -134,7 +135,7 @@ def discovered(spec: Path, seed: int, folder: Path) -> dict:
     return {"status": status} | json.loads((folder / "discovery.json").read_text("utf-8"))
 
 
-def one(case: Case, discover: bool) -> dict:
+def one(case: Case, discover: bool, starts: int) -> dict:
     """Simulate a campaign and put truth and answer into one row."""
     from second_simulator import campaign
 
@@ -142,6 +143,8 @@ def one(case: Case, discover: bool) -> dict:
         folder = Path(made)
         spec = campaign(case.population, case.seed, folder)
         truth = json.loads((folder / "truth.json").read_text("utf-8"))
+        with spec.open("a", encoding="utf-8") as file:
+            file.write(f"\n[sampler]\nstarts = {starts}\n")
         began = time.monotonic()
         if discover:
             answer = discovered(spec, case.seed, folder / "out")
@@ -149,6 +152,7 @@ def one(case: Case, discover: bool) -> dict:
             answer = fitted(spec, truth, case.seed)
     row = {"case": case._asdict(), "simulated": True, "nearest": truth["nearest"]}
     row |= {"scale": truth["rig"]["pump_scale"], "hidden": truth["hidden"]}
+    row["starts"] = starts
     row["straps"] = [run["strap"] for run in truth["runs"] if run["strap"]]
     return row | {"seconds": round(time.monotonic() - began, 1), "answer": answer}
 
@@ -170,7 +174,7 @@ def main() -> None:
         others = [other for other in args.out.glob(f"{kind}.*.jsonl") if other != path]
         done = {row["case"]["number"] for row in lines_of(others)}
         mine = [c for c in cases(args.campaigns, args.only) if c.number not in done]
-        carry_out(path, mine[part::parts], lambda case: one(case, args.discover), says)
+        carry_out(path, mine[part::parts], lambda case: one(case, args.discover, args.starts), says)
     fits, discoveries = (
         lines_of(sorted(args.out.glob(f"{name}.*.jsonl"))) for name in ("fit", "discover")
     )

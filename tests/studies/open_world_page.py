@@ -52,20 +52,21 @@ def _fits(fits: Sequence[Row]) -> str:
         "Beside each quantity: how many 90 % intervals hold the truth, and by how many posterior\n"
         "sds the median that is farthest lies from it. kappa counts every record; *kappa q* is\n"
         "the same with the truth's pump in place of the model's. *Gap*: least to greatest.\n"
-        "*Release*: greatest error of a release's time [ms].\n",
-        "| population | fits | usable | gap | k_LC | k_oil | mu | abs mu, 0 Hz | abs mu, 80 Hz "
+        "*Starts*: of the search, for each fit. *Release*: greatest error of a release's time [ms].\n",
+        "| population | fits | starts | usable | gap | k_LC | k_oil | mu | abs mu, 0 Hz | abs mu, 80 Hz "
         "| kappa | kappa q | release | failed checks |",
-        "|---" * 13 + "|",
+        "|---" * 14 + "|",
     ]
     for population, rows in _by_population(fits).items():
         good = [row for row in rows if "refused" not in row["answer"]]
         if not good:
             said = rows[0]["answer"]["refused"].splitlines()[0]
-            lines.append(f"| {population} | 0 of {len(rows)} |" + " |" * 10 + f" refused: {said} |")
+            lines.append(f"| {population} | 0 of {len(rows)} |" + " |" * 11 + f" refused: {said} |")
             continue
         answers = [row["answer"] for row in good]
         gaps = [answer["gap"] for answer in answers]
         cells = [population, f"{len(good)} of {len(rows)}"]
+        cells.append(" ".join(str(row["starts"]) for row in good))
         cells += [f"{sum(a['usable'] for a in answers)}", f"{min(gaps):.3f}-{max(gaps):.3f}"]
         cells += [_cell([(a["parameters"][q], 1.0) for a in answers]) for q in QUANTITIES]
         cells.append(_cell([(e, 1.0) for row in good for e in _kappas(row)]))

@@ -38,14 +38,14 @@ def test_the_page_keeps_populations_apart_and_tells_refusals():
     }  # fmt: skip
     row = {
         "case": {"number": 0, "population": "plain", "seed": 7}, "commit": "abc", "scale": 1.02,
-        "straps": [], "answer": answer, "nearest": None,
+        "starts": 16, "straps": [], "answer": answer, "nearest": None,
     }  # fmt: skip
     refused = row | {
         "case": {"number": 1, "population": "hum", "seed": 7},
         "answer": {"refused": "too short\nmore"},
     }
     text = page([row, refused], [])
-    assert "| plain | 1 of 1 | 0 | 1.200-1.200 | 1 of 1, +1.0 |" in text
+    assert "| plain | 1 of 1 | 16 | 0 | 1.200-1.200 | 1 of 1, +1.0 |" in text
     assert "residuals" in text
     assert "refused: too short" in text
     assert "+60.0 at 0.0400 s" in text
