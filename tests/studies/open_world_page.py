@@ -52,9 +52,10 @@ def _fits(fits: Sequence[Row]) -> str:
         "Beside each quantity: how many 90 % intervals hold the truth, and by how many posterior\n"
         "sds the median that is farthest lies from it. kappa counts every record; *kappa q* is\n"
         "the same with the truth's pump in place of the model's. *Gap*: least to greatest.\n"
-        "*Starts*: of the search, for each fit. *Release*: greatest error of a release's time [ms].\n",
-        "| population | fits | starts | usable | gap | k_LC | k_oil | mu | abs mu, 0 Hz | abs mu, 80 Hz "
-        "| kappa | kappa q | release | failed checks |",
+        "*Starts*: of the search, for each fit.\n"
+        "*Release*: greatest error of a release's time [ms].\n",
+        "| population | fits | starts | usable | gap | k_LC | k_oil | mu | abs mu, 0 Hz "
+        "| abs mu, 80 Hz | kappa | kappa q | release | failed checks |",
         "|---" * 14 + "|",
     ]
     for population, rows in _by_population(fits).items():
@@ -66,7 +67,7 @@ def _fits(fits: Sequence[Row]) -> str:
         answers = [row["answer"] for row in good]
         gaps = [answer["gap"] for answer in answers]
         cells = [population, f"{len(good)} of {len(rows)}"]
-        cells.append(" ".join(str(row["starts"]) for row in good))
+        cells.append(" ".join(str(row.get("starts", 16)) for row in good))
         cells += [f"{sum(a['usable'] for a in answers)}", f"{min(gaps):.3f}-{max(gaps):.3f}"]
         cells += [_cell([(a["parameters"][q], 1.0) for a in answers]) for q in QUANTITIES]
         cells.append(_cell([(e, 1.0) for row in good for e in _kappas(row)]))
