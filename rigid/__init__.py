@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from rigid.inference.posterior import by_ensemble
     from rigid.io.errors import EnvironmentFaultError, InputError, RigidError
     from rigid.io.runtime import prepare
     from rigid.study.check import Checked
@@ -30,6 +31,7 @@ __all__ = [
     "LogPosterior",
     "RigidError",
     "Study",
+    "by_ensemble",
     "load",
     "prepare",
 ]
@@ -44,6 +46,7 @@ _HOMES = {
     "LogPosterior": "study.density",
     "RigidError": "io.errors",
     "Study": "study.study",
+    "by_ensemble": "inference.posterior",
     "load": "study.study",
     "prepare": "io.runtime",
 }
@@ -55,7 +58,7 @@ def __getattr__(name: str) -> Any:
     home = _HOMES.get(name)
     if home is None:
         raise AttributeError(f"module 'rigid' has no attribute {name!r}")
-    if home.startswith("study."):
+    if not home.startswith("io."):
         import_module("rigid.io.runtime").prepare()
     return getattr(import_module(f"rigid.{home}"), name)
 
