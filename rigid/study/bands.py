@@ -203,5 +203,5 @@ def dataset(asked: Smoothing, found: run.Bands) -> xr.Dataset:
 def _long_name(name: str) -> str:
     """What a quantity such as `load_A` is."""
     quantity, _, place = name.partition("_")
-    said = LONG_NAMES.get(quantity, quantity)
-    return f"{said}, cylinder {place}" if place else said
+    where = {"": "", "total": ", sum of the cylinders", "mean": ", mean of the cylinders"}
+    return LONG_NAMES.get(quantity, quantity) + where.get(place, f", cylinder {place}")
