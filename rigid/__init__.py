@@ -9,14 +9,17 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from rigid.inference.posterior import by_ensemble
     from rigid.io.errors import EnvironmentFaultError, InputError, RigidError
     from rigid.io.runtime import prepare
+    from rigid.spec.record import RecordSpec as Record
+    from rigid.spec.values import RigSpec as Rig
     from rigid.study.check import Checked
     from rigid.study.density import LogPosterior
     from rigid.study.discovery import Discovery
     from rigid.study.fit import Fit
     from rigid.study.laws import Laws
-    from rigid.study.study import Study, load
+    from rigid.study.study import Study, build, load
 
 __version__ = "0.1.0"
 
@@ -28,26 +31,37 @@ __all__ = [
     "InputError",
     "Laws",
     "LogPosterior",
+    "Record",
+    "Rig",
     "RigidError",
     "Study",
+    "build",
+    "by_ensemble",
     "load",
     "prepare",
 ]
 
 _HOMES = {
-    "Checked": "study.check",
-    "Discovery": "study.discovery",
-    "EnvironmentFaultError": "io.errors",
-    "Fit": "study.fit",
-    "InputError": "io.errors",
-    "Laws": "study.laws",
-    "LogPosterior": "study.density",
-    "RigidError": "io.errors",
-    "Study": "study.study",
-    "load": "study.study",
-    "prepare": "io.runtime",
+    "Checked": "study.check:Checked",
+    "Discovery": "study.discovery:Discovery",
+    "EnvironmentFaultError": "io.errors:EnvironmentFaultError",
+    "Fit": "study.fit:Fit",
+    "InputError": "io.errors:InputError",
+    "Laws": "study.laws:Laws",
+    "LogPosterior": "study.density:LogPosterior",
+    "Record": "spec.record:RecordSpec",
+    "Rig": "spec.values:RigSpec",
+    "RigidError": "io.errors:RigidError",
+    "Study": "study.study:Study",
+    "build": "study.study:build",
+    "by_ensemble": "inference.posterior:by_ensemble",
+    "load": "study.study:load",
+    "prepare": "io.runtime:prepare",
 }
-"""Modules that define the names, by name."""
+"""Module and name there, by name."""
+
+_LIGHT = ("io.", "spec.")
+"""Rooms that compute nothing."""
 
 
 def __getattr__(name: str) -> Any:
@@ -55,9 +69,10 @@ def __getattr__(name: str) -> Any:
     home = _HOMES.get(name)
     if home is None:
         raise AttributeError(f"module 'rigid' has no attribute {name!r}")
-    if home.startswith("study."):
+    module, _, there = home.partition(":")
+    if not module.startswith(_LIGHT):
         import_module("rigid.io.runtime").prepare()
-    return getattr(import_module(f"rigid.{home}"), name)
+    return getattr(import_module(f"rigid.{module}"), there)
 
 
 def __dir__() -> list[str]:

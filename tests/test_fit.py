@@ -191,10 +191,18 @@ def _like(values, draws):
 
 def test_log_likelihood_has_a_value_per_record(fitted):
     group = fitted.draws("log_likelihood")
-    (name,) = group.data_vars
+    name = "record_log_likelihood"
     assert group[name].dims == ("chain", "draw", "record")
     assert set(group["record"].values) == {"squeeze", "stroll", "snap"}
     assert np.isfinite(group[name]).all()
+
+
+def test_log_likelihood_has_a_value_per_block_too(fitted):
+    group = fitted.draws("log_likelihood")
+    blocks = group["block_log_likelihood"]
+    assert blocks.dims == ("chain", "draw", "block")
+    assert set(group["block_channel"].values) == RUNS
+    assert np.isfinite(blocks).all()
 
 
 def test_predictions_stand_beside_what_was_read(fitted):

@@ -19,6 +19,8 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+# ArviZ warns of what so few blocks must show.
+@pytest.mark.filterwarnings("ignore:Estimated shape parameter of Pareto:UserWarning")
 def test_the_examples_run(folder):
     assert len(EXAMPLES) >= 4
     names = {}

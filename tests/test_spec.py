@@ -3,6 +3,7 @@
 import math
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -23,10 +24,12 @@ from rigid.spec import (
     SensorSpec,
     find_spec,
     load_spec,
+    parse_spec,
     read,
 )
 from rigid.spec.sentences import nearest
 from rigid.spec.values import SpecBody
+from rigid.spec.write import build_spec, spec_text
 
 ROOT = Path(rigid.__file__).parents[1]
 PSI = 6894.757293168
@@ -702,3 +705,31 @@ def test_the_nearest_name_does_not_mind_capitals(name, data):
     flips = data.draw(st.lists(st.booleans(), min_size=len(name), max_size=len(name)))
     typed = "".join(c.swapcase() if f else c for c, f in zip(name, flips, strict=True))
     assert nearest(typed, ["zz", "M_HC", "L_0", "walkers", "k_oil", "frame_beams"]) == name
+
+
+@pytest.mark.parametrize("name", ["calibration", "constant-mu"])
+def test_a_spec_built_of_values_is_that_of_the_file(name):
+    path = find_spec(name)
+    read = load_spec(path)
+    tables = {
+        key: getattr(read, key)
+        for key in ("title", "simulated", "rig", "model", "priors", "sensors", "records", "sampler")
+    }
+    built = build_spec(path.stem, path.parent, tables)
+    assert built.model_dump(exclude={"text", "path"}) == read.model_dump(exclude={"text", "path"})
+    again = parse_spec(built.text, path)
+    assert again.model_dump(exclude={"path"}) == built.model_dump(exclude={"path"})
+
+
+def test_texts_and_numbers_survive_being_written():
+    tables = {
+        "title": 'a "quoted" ä \\ title',
+        "priors": {"kappa[free-run-2,A]": {"lognormal": {"median": 1e-05, "factor": 2}}},
+        "sensors": {"load": {"noise": 12.5}},
+    }
+    assert tomllib.loads(spec_text(tables)) == tables
+
+
+def test_a_mistake_in_values_is_told_like_one_in_a_file(tmp_path):
+    with pytest.raises(InputError, match=r"own.toml \[rig\]: unknown key 'M_Hc'; did you mean"):
+        build_spec("own", tmp_path, {"rig": {"M_Hc": 60.0}})

@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 import threading
+import warnings
 from pathlib import Path
 
 import arviz as az
@@ -11,9 +12,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 import rigid
-from rigid.inference.posterior import load_posterior
+from rigid.inference.convergence import r_hat
+from rigid.inference.posterior import load_posterior, unstack
 from rigid.io import cli
 from rigid.likelihood.assemble import assemble
 from rigid.likelihood.problem import log_density, log_posterior, walkers
@@ -301,3 +304,50 @@ def test_bands_are_a_data_set_with_units(tmp_path, monkeypatch):
     np.testing.assert_array_equal(same["load_B"], found["load_B"])
     with pytest.raises(rigid.InputError, match=r"bands\(record=...\) takes press"):
         study.bands(posterior, "prss", quiet=True)
+
+
+def test_the_file_tells_what_the_tables_say_of_convergence(fit):
+    stats = fit.posterior["sample_stats"].to_dataset()
+    table = fit.summary()
+    for name in ("r_hat", "ess_bulk", "ess_tail"):
+        np.testing.assert_array_equal(stats[name].values, table[name].to_numpy(float))
+    assert list(stats["parameter"].values) == list(table.index)
+
+
+def test_chains_of_ensembles_give_the_r_hat_between_them(fit):
+    group = fit.posterior["posterior"].to_dataset()
+    chains = rigid.by_ensemble(group)
+    kept = fit.calibrated.kept_shape
+    assert chains["mu"].shape == (2, kept[0] * kept[1] // 2)
+    steps = unstack(group["mu"].values, 2)
+    np.testing.assert_allclose(az.rhat(chains["mu"].values), r_hat(steps), rtol=1e-12)
+    assert chains["mu"].attrs["units"] == "N s/m"
+
+
+def test_blocks_hold_the_likelihood_of_all_samples(fit, study):
+    group = fit.posterior["log_likelihood"].to_dataset()
+    assert set(group["block_channel"].values) == {"to-and-fro,A"}
+    assert np.all(np.diff(group["block_begins"].values) > 0.0)
+    sums = group["block_log_likelihood"].astype(float).sum("block")
+    (piece,) = fit.calibrated.problem.pieces
+    weight = np.asarray(piece.weight)[:, 0]
+    draws = fit.posterior["posterior"].to_dataset().squeeze(("quantity", "cylinder"))
+    for chain, draw in ((0, 0), (3, 1), (20, 2)):
+        one = draws.isel(chain=chain, draw=draw)
+        given = {name: float(one[name]) for name in ("M_Pl", "mu")}
+        given |= {f"{name}[force,A]": float(one[name]) for name in ("gain", "zero")}
+        apart = piece.data[:, 0] - study.simulate(given)["to-and-fro,A"]["force"]
+        terms = norm.logpdf(np.asarray(apart), scale=float(one["noise"]))
+        # Kept in 32 bits: a part in 2^24 of each block.
+        assert float(sums[chain, draw]) == pytest.approx(weight @ terms, rel=1e-6)
+
+
+def test_arviz_takes_the_file(fit, tmp_path):
+    fit.write(tmp_path)
+    data = az.from_netcdf(tmp_path / "posterior.nc")
+    table = az.summary(data, var_names=["M_Pl", "mu"], kind="stats")
+    assert table.loc["mu", "mean"] == pytest.approx(fit.summary().loc["mu", "mean"], rel=0.01)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of few blocks
+        left_out = az.loo(data, var_name="block_log_likelihood")
+    assert left_out.n_data_points == data["log_likelihood"]["block_log_likelihood"].sizes["block"]

@@ -24,6 +24,7 @@ from rigid.inference.derived import (
     values_of,
 )
 from rigid.inference.friction_curve import FREQUENCIES, Friction
+from rigid.inference.pointwise import Blocks, blocks
 from rigid.inference.posterior import stack
 from rigid.inference.proposal import MixtureProposal, ModeWeights, mode_weights
 from rigid.inference.sample import Draws, Settings, Status, sample
@@ -65,6 +66,7 @@ class Calibrated:
       same draws, flat.
     - `kept`: `values` of the fewer draws in posterior.nc; `kept_frictions` as well.
     - `sensors`: gain and zero (2, n) of each sensor. - `tracks`: log-likelihoods of each record.
+    - `blocks`: those of short stretches of every channel.
     - `shown`, `prior_shown`: channels beside posterior and prior predictions.
     - `seed`; `compile_s`: time until density and search were compiled.
     """
@@ -78,6 +80,7 @@ class Calibrated:
     kept_frictions: dict[str, Friction]
     sensors: dict[str, np.ndarray]
     tracks: dict[str, np.ndarray]
+    blocks: Blocks
     shown: list[Channel]
     prior_shown: list[Channel]
     records: tuple[Record, ...]
@@ -254,6 +257,7 @@ def _told(
     picked = flat[rng.choice(len(flat), PREDICTED - 1, replace=False)]
     best = found.optima[0].z[None]
     prior = rng.standard_normal((PREDICTED, flat.shape[1]))
+    sensors = sensor_draws(laws, rng)
     return Calibrated(
         found=found,
         weights=weights,
@@ -262,8 +266,9 @@ def _told(
         frictions=curves,
         kept=kept,
         kept_frictions=kept_curves,
-        sensors=sensor_draws(laws, rng),
+        sensors=sensors,
         tracks=tracks,
+        blocks=blocks(found, flat, sensors),
         shown=channels(found, np.concatenate([best, picked]), seed),
         prior_shown=channels(found, prior, seed),
         records=records,

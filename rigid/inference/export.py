@@ -7,6 +7,8 @@ import xarray as xr
 
 from rigid.inference.derived import Channel
 from rigid.inference.friction_curve import FREQUENCIES, Friction
+from rigid.inference.pointwise import Blocks
+from rigid.inference.summary import ParameterRow
 from rigid.likelihood.parameters import Parameters
 from rigid.physics.sensors import UNITS
 
@@ -114,8 +116,13 @@ def series_groups(channels: Sequence[Channel], replicates: str) -> dict[str, xr.
     }
 
 
-def by_record(tracks: Mapping[str, np.ndarray], shape: tuple[int, int]) -> xr.Dataset:
-    """Group `log_likelihood`: one value a record, both cylinders together."""
+def log_likelihood(
+    tracks: Mapping[str, np.ndarray], blocks: Blocks, shape: tuple[int, int]
+) -> xr.Dataset:
+    """Group `log_likelihood`: a value a record, both cylinders together, and one a block.
+
+    - `tracks`: (n,) by "record,cylinder". - `shape`: chains and draws.
+    """
     names = list(dict.fromkeys(label.split(",")[0] for label in tracks))
     block = np.stack(
         [
@@ -126,7 +133,34 @@ def by_record(tracks: Mapping[str, np.ndarray], shape: tuple[int, int]) -> xr.Da
         ],
         axis=2,
     )
+    parts = blocks.values.astype(np.float32).reshape(*shape, -1)
+    begins = [stretch.begins for stretch in blocks.stretches]
     return xr.Dataset(
-        {"record_log_likelihood": (("chain", "draw", "record"), block, {"units": "1"})},
-        coords={"record": names},
+        {
+            "record_log_likelihood": (("chain", "draw", "record"), block, {"units": "1"}),
+            "block_log_likelihood": (("chain", "draw", "block"), parts, {"units": "1"}),
+        },
+        coords={
+            "record": names,
+            "block": np.arange(len(begins)),
+            "block_channel": ("block", [stretch.channel for stretch in blocks.stretches]),
+            "block_quantity": ("block", [stretch.quantity for stretch in blocks.stretches]),
+            "block_begins": ("block", begins, {"units": "s"}),
+        },
     )
+
+
+def diagnostics(rows: Sequence[ParameterRow]) -> dict[str, xr.Variable]:
+    """R-hat between ensembles and effective sizes of every quantity of the tables, by name."""
+    return {
+        name: xr.Variable(
+            "parameter",
+            [np.nan if value is None else value for value in values],
+            {"units": "1", "long_name": said},
+        )
+        for name, said, values in (
+            ("r_hat", "R-hat between ensembles", [row.summary.r_hat for row in rows]),
+            ("ess_bulk", "bulk effective sample size", [row.summary.ess_bulk for row in rows]),
+            ("ess_tail", "tail effective sample size", [row.summary.ess_tail for row in rows]),
+        )
+    }

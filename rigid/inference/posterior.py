@@ -81,6 +81,25 @@ def unstack(values: NDArray[Any], ensembles: int) -> NDArray[Any]:
     return np.swapaxes(values.reshape(ensembles, -1, *values.shape[1:]), 1, 2)
 
 
+def by_ensemble(draws: xr.Dataset) -> xr.Dataset:
+    """Lay draws out with a chain for each ensemble, step by step, its walkers side by side.
+
+    - `draws`: a group whose `chain` is a walker, as in posterior.nc.
+
+    R-hat of these chains is that between ensembles. ESS of them is far too high, since the walkers
+    of a step look independent: take it of the walkers.
+    """
+    ensembles = len(np.unique(draws["ensemble"].values))
+    variables = {}
+    for name, values in draws.data_vars.items():
+        if values.dims[:2] == ("chain", "draw"):
+            steps = unstack(values.values, ensembles)
+            flat = steps.reshape(ensembles, -1, *steps.shape[3:])
+            variables[name] = (values.dims, flat, values.attrs)
+    dropped = {name for name, value in draws.coords.items() if {"chain", "draw"} & set(value.dims)}
+    return xr.Dataset(variables, coords=draws.drop_vars(dropped).coords, attrs=draws.attrs)
+
+
 def chain_coords(ensembles: int, walkers: int, draws: int) -> dict[str, Any]:
     """Coordinates `chain` and `draw`, and along the chain `ensemble` and `walker`."""
     chains = np.arange(ensembles * walkers)

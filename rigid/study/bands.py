@@ -143,8 +143,8 @@ def bands(
 ) -> xr.Dataset:
     """Bands of one field test.
 
-    - `posterior`: of a fit, as in posterior.nc; None: those that the spec names in [bands]. - `record`: name
-      of the test; None where the spec has one alone.
+    - `posterior`: of a fit, as in posterior.nc; None: those that the spec names in [bands].
+    - `record`: name of the test; None where the spec has one alone.
 
     Raises InputError where there is no posterior or no such test.
     """
@@ -152,9 +152,8 @@ def bands(
         folder = Path(made)
         if posterior is not None:
             groups = {str(name): group.to_dataset() for name, group in posterior.children.items()}
-            save_posterior(
-                folder / "posterior.nc", groups, {str(k): v for k, v in posterior.attrs.items()}
-            )
+            told = {str(name): value for name, value in posterior.attrs.items()}
+            save_posterior(folder / "posterior.nc", groups, told)
             named = {"posterior": folder / "posterior.nc", "laws": ()}
             given = BandsSpec(posterior=folder) if spec.bands is None else spec.bands
             spec = spec.model_copy(update={"bands": given.model_copy(update=named)})
@@ -204,5 +203,5 @@ def dataset(asked: Smoothing, found: run.Bands) -> xr.Dataset:
 def _long_name(name: str) -> str:
     """What a quantity such as `load_A` is."""
     quantity, _, place = name.partition("_")
-    said = LONG_NAMES.get(quantity, quantity)
-    return f"{said}, cylinder {place}" if place else said
+    where = {"": "", "total": ", sum of the cylinders", "mean": ", mean of the cylinders"}
+    return LONG_NAMES.get(quantity, quantity) + where.get(place, f", cylinder {place}")

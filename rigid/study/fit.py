@@ -85,7 +85,7 @@ class Fit:
 
     @cached_property
     def _groups(self) -> Mapping[str, xr.Dataset]:
-        return output.groups(self.calibrated)
+        return output.groups(self.calibrated, self.result.parameters)
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import jax
 import xarray as xr
@@ -23,6 +24,7 @@ from rigid.likelihood.problem import Problem
 from rigid.records.read import read_records
 from rigid.records.record import Record
 from rigid.spec import Spec, find_spec, load_spec
+from rigid.spec.write import build_spec
 from rigid.study.bands import Written, bands, smoothing, write_all
 from rigid.study.check import Checked
 from rigid.study.density import LogPosterior
@@ -228,3 +230,15 @@ def load(name: Path | str) -> Study:
     Raises InputError where there is no such spec, with one line for each mistake in it.
     """
     return Study(load_spec(find_spec(str(name))))
+
+
+def build(name: str, folder: Path | str = ".", **tables: Any) -> Study:
+    """Return a study made of values in place of a file.
+
+    - `name`: of the spec. - `folder`: from which files are named.
+    - `tables`: `records`, `rig`, `model`, `priors`, `sensors`, `sampler`, `bands`, `title`,
+      `simulated`, as a spec has them: `rigid.Record(...)`, `rigid.Rig(...)`, or plain tables.
+
+    Raises InputError with one line for each mistake.
+    """
+    return Study(build_spec(name, Path(folder), tables))

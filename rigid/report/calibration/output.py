@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +10,14 @@ import xarray as xr
 
 from rigid.inference.calibrate import KEPT_STEPS, Calibrated
 from rigid.inference.derived import frictions, overall_gap, values_of
-from rigid.inference.export import about, by_record, dataset, series_groups, with_friction
+from rigid.inference.export import (
+    about,
+    dataset,
+    diagnostics,
+    log_likelihood,
+    series_groups,
+    with_friction,
+)
 from rigid.inference.friction_curve import FREQUENCIES
 from rigid.inference.posterior import chain_coords, save_posterior
 from rigid.inference.summary import Check, Cost, Gap, ParameterRow, Result, summarise
@@ -120,8 +127,11 @@ def result(spec: Spec, done: Calibrated, wall: float) -> Result:
     )
 
 
-def groups(done: Calibrated) -> dict[str, xr.Dataset]:
-    """Gather the groups of posterior.nc by name."""
+def groups(done: Calibrated, table: Sequence[ParameterRow]) -> dict[str, xr.Dataset]:
+    """Gather the groups of posterior.nc by name.
+
+    - `table`: rows of the tables; what they say of convergence goes into the file.
+    """
     problem, shape = done.problem, done.kept_shape
     described = about(problem.parameters)
     coords = chain_coords(done.ensembles, shape[0] // done.ensembles, shape[1])
@@ -138,9 +148,10 @@ def groups(done: Calibrated) -> dict[str, xr.Dataset]:
     return {
         "posterior": posterior,
         "prior": _prior(done),
-        "log_likelihood": by_record(done.tracks, shape).assign_coords(coords),
+        "log_likelihood": log_likelihood(done.tracks, done.blocks, shape).assign_coords(coords),
         "sample_stats": xr.Dataset(
-            {"lp": (("chain", "draw"), density, {"units": "1"})}, coords=coords
+            {"lp": (("chain", "draw"), density, {"units": "1"}), **diagnostics(table)},
+            coords=coords | {"parameter": [row.name for row in table]},
         ),
         "constant_data": xr.Dataset(
             {k: ((), v, {"units": described[k][0]}) for k, v in known.items()}
