@@ -211,7 +211,7 @@ def _ranked(after: float, before: float) -> dict:
 def test_it_goes_on_where_it_stopped(tmp_path, monkeypatch):
     asked = []
 
-    def answer(made, seed, folder):
+    def answer(made, seed):
         asked.append(seed)
         assert "clean" not in made.spec.read_text()
         return NONE, None  # no outcome to set baselines beside
