@@ -13,7 +13,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def discover(options: Options) -> int:
-    """Run the workflow and write its files; returns 0."""
+    """Run the workflow and write its files; returns 0, or 1 if the solver's error matters."""
     from rigid.spec import find_spec, load_spec
 
     spec = load_spec(find_spec(options.spec))
@@ -29,8 +29,10 @@ def discover(options: Options) -> int:
         folder, seed=options.seed, resume=options.resume, quiet=options.quiet
     )
     sys.stdout.write(found.json() if options.as_json else found.table())
+    if found.solver is not None and not found.solver.ok:
+        sys.stderr.write(f"solver: {found.solver.says}\n")
     say(options, f"report: {folder / 'index.html'}")
-    return 0
+    return 0 if found.usable else 1
 
 
 if __name__ == "__main__":

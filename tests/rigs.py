@@ -13,6 +13,7 @@ from rigid.likelihood.priors import AbstractLaw, Fixed, Lognormal, Normal, Unifo
 from rigid.likelihood.problem import Problem
 from rigid.likelihood.tracks import Series, Track
 from rigid.physics.rig import Rig, build_rig
+from rigid.solve import full
 from rigid.solve.drive import Drive
 from rigid.spec.sheets import SHEETS as DEFAULTS
 from rigid.spec.values import RigSpec
@@ -66,6 +67,13 @@ def rig_of(values, names=MEMORY, walkers: bool = False) -> Rig:
     """Scalar parameters, or a walkers' axis of length 1."""
     shaped = {k: jnp.asarray([v] if walkers else v, dtype=float) for k, v in values.items()}
     return build_rig(effects(names), shaped)
+
+
+def in_full(rig: Rig, contact, fractions, record: Drive, tolerance: float = full.TOLERANCE) -> dict:
+    """Readings (samples,) of one slow record by the full solve; `rig` has one walker."""
+    levels = jnp.asarray(fractions, dtype=float)[:, None, None]
+    out = full.march(rig, jnp.asarray([contact]), levels, (record,), tolerance=tolerance)
+    return {quantity: np.asarray(series[:, 0, 0]) for quantity, series in out.items()}
 
 
 def track(label: str, kind: str, samples: int, **more) -> Track:

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from rigs import BASE, NOMINAL, drive, rig_of
+from rigs import BASE, NOMINAL, drive, in_full, rig_of
 from scipy.integrate import quad, solve_ivp
 
 from rigid.effects import CATALOGUE, AbstractEffect
@@ -202,9 +202,8 @@ def test_steps_follow_the_reference_below_a_tenth_of_a_sensors_step(name: str):
         expected = timed(NOMINAL | values, names, kind)
     else:
         record, contact, fractions = RECORDS[kind]
-        expected = eqx.filter_jit(full.simulate)(
-            rig_of(NOMINAL | values, names), jnp.asarray(contact), jnp.asarray(fractions), record
-        )
+        rig = rig_of(NOMINAL | values, names, walkers=True)
+        expected = in_full(rig, contact, fractions, record)
     for channel, bar in BARS.items():
         error = np.abs(got[channel] - np.asarray(expected[channel])).max()
         assert error < bar, (channel, error / bar)
@@ -285,11 +284,8 @@ def released(values, names) -> tuple[np.ndarray, np.ndarray]:
     interval, ring = 1 / 1600, eqx.filter_jit(staggered.ring)
     rig = rig_of(values, names, walkers=True)
     stepped = ring(rig, jnp.asarray([[6e3]]), jnp.asarray([[2e-4]]), interval, 40)
-    preload, delay = jnp.asarray(6e3), jnp.asarray(2e-4)
-    simulate = eqx.filter_jit(full.simulate_release)
-    return np.asarray(stepped[:, 0, 0]), np.asarray(
-        simulate(rig_of(values, names), preload, delay, interval, 40)
-    )
+    solved = full.ring(rig, jnp.asarray([[6e3]]), jnp.asarray([[2e-4]]), interval, 40)
+    return np.asarray(stepped[:, 0, 0]), np.asarray(solved[:, 0, 0])
 
 
 def test_free_root_swings_as_three_masses_on_two_springs():

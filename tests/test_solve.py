@@ -4,12 +4,11 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from rigs import MEMORY, NOMINAL, drive, effects, frame_problem, prior_draws, rig_of
+from rigs import MEMORY, NOMINAL, drive, frame_problem, in_full, prior_draws, rig_of
 from scipy.linalg import expm
 
 from rigid.likelihood.channels import fitted
-from rigid.likelihood.parameters import scoped
-from rigid.physics.rig import Surroundings, build_rig
+from rigid.physics.rig import Surroundings
 from rigid.solve import full, slow
 from rigid.solve.drive import STRIDE, plan
 from rigid.solve.release import ring
@@ -19,9 +18,6 @@ from rigid.solve.step_matrices import jacobian, step_matrix
 PSI = 6894.757
 BARS = {"load": 29.5, "stroke": 2.2e-5, "pressure": 0.5 * PSI}  # tenths of the sensors' steps
 COUNT = 0.05985504150390625  # m/s^2, of the accelerometer
-
-full_simulate = eqx.filter_jit(full.simulate)
-full_release = eqx.filter_jit(full.simulate_release)
 
 
 @eqx.filter_jit
@@ -104,9 +100,7 @@ def test_linear_rig_follows_the_matrix_exponential(way: str, contact: float, mon
         eqx.clear_caches()
         got = by_steps(values, contact, FRACTIONS, RECORD)
     else:
-        got = full_simulate(
-            rig_of(values), jnp.asarray(contact), jnp.asarray(FRACTIONS), RECORD, 1e-13
-        )
+        got = in_full(rig_of(values, walkers=True), contact, FRACTIONS, RECORD, 1e-13)
     for name, series in expected.items():
         error = np.abs(np.asarray(got[name]) - series).max() / np.abs(series).max()
         assert error < 1e-8, (name, error)
@@ -167,7 +161,7 @@ def test_steps_follow_the_reference_below_a_tenth_of_a_sensors_step(kind: str, d
     record, contact, fractions = SLOW[kind]
     values = DRAWS[draw]
     levels = jnp.asarray(fractions, dtype=float)
-    expected = full_simulate(rig_of(values), jnp.asarray(contact), levels, record, 1e-10)
+    expected = in_full(rig_of(values, walkers=True), contact, levels, record, 1e-10)
     got = by_steps(values, contact, fractions, record)
     for name, bar in BARS.items():
         error = np.abs(got[name] - np.asarray(expected[name])).max()
@@ -180,25 +174,18 @@ def test_release_follows_the_reference(draw: int):
     values = DRAWS[draw]
     rig = rig_of(values, walkers=True)
     got = rung(rig, jnp.asarray([[6e3]]), jnp.asarray([[2e-4]]), 1 / 1600, 256)[:, 0, 0]
-    expected = full_release(rig_of(values), jnp.asarray(6e3), jnp.asarray(2e-4), 1 / 1600, 256)
+    expected = full.ring(rig, jnp.asarray([[6e3]]), jnp.asarray([[2e-4]]), 1 / 1600, 256)[:, 0, 0]
     assert np.abs(got - expected).max() < 0.1 * COUNT
 
 
 @pytest.mark.slow
 def test_halving_the_tolerance_moves_no_log_likelihood():
     problem = frame_problem()
-    group = problem.groups[0]
     values = problem.parameters.values(jnp.zeros((1, problem.parameters.size)))
-    seen = {k: v[0] for k, v in scoped(values, group.tracks[0].scope).items()}
-    rig = build_rig(
-        effects(("load-cell-spring", "oil-compressibility", "viscous-friction", "pump-curve")), seen
-    )
-    fractions = jnp.stack([jnp.zeros(()), seen["kappa[frame-1,A]"]])
 
     def log_likelihood(tolerance: float) -> float:
-        out = full_simulate(rig, seen["k_frame"], fractions, group.tracks[0].drive, tolerance)
-        shaped = {q: out[q][:, None, None] for q in group.quantities}
-        return float(fitted(problem.pieces, [shaped], values).value[0])
+        exact = problem.with_tolerance(tolerance)
+        return float(fitted(problem.pieces, exact.predict(values), values).value[0])
 
     at_default = log_likelihood(full.TOLERANCE)
     assert abs(log_likelihood(full.TOLERANCE / 2) - at_default) < 0.01

@@ -27,6 +27,7 @@ from rigid.inference.friction_curve import FREQUENCIES, Friction
 from rigid.inference.pointwise import Blocks, blocks
 from rigid.inference.posterior import stack
 from rigid.inference.proposal import MixtureProposal, ModeWeights, mode_weights
+from rigid.inference.reference_check import SolverCheck, against_reference
 from rigid.inference.sample import Draws, Settings, Status, sample
 from rigid.inference.search import Found, compile_programs, search_from
 from rigid.inference.search_cache import Searched, load, save
@@ -68,6 +69,7 @@ class Calibrated:
     - `sensors`: gain and zero (2, n) of each sensor. - `tracks`: log-likelihoods of each record.
     - `blocks`: those of short stretches of every channel.
     - `shown`, `prior_shown`: channels beside posterior and prior predictions.
+    - `solver`: the fast solver against diffrax, None where nothing is solved.
     - `seed`; `compile_s`: time until density and search were compiled.
     """
 
@@ -83,6 +85,7 @@ class Calibrated:
     blocks: Blocks
     shown: list[Channel]
     prior_shown: list[Channel]
+    solver: SolverCheck | None
     records: tuple[Record, ...]
     seed: int
     compile_s: float
@@ -271,6 +274,7 @@ def _told(
         blocks=blocks(found, flat, sensors),
         shown=channels(found, np.concatenate([best, picked]), seed),
         prior_shown=channels(found, prior, seed),
+        solver=against_reference(problem, found.optima[0].z, flat, seed),
         records=records,
         seed=seed,
         compile_s=compile_s,

@@ -103,7 +103,10 @@ class Cost:
 
 @dataclass(frozen=True)
 class Result:
-    """All of result.json. It is usable if every check holds."""
+    """All of result.json. It is usable if every check holds.
+
+    - `solver`: what the full solve by diffrax says of the fast one.
+    """
 
     spec: str
     simulated: bool
@@ -114,6 +117,7 @@ class Result:
     seed: int
     versions: Mapping[str, str] = field(default_factory=dict)
     sha256: Mapping[str, str] = field(default_factory=dict)
+    solver: Mapping[str, Any] | None = None
 
     @property
     def usable(self) -> bool:
@@ -135,6 +139,7 @@ class Result:
             },
             "gap": {"overall": self.gap.overall, "records": self.gap.records},
             "cost": self.cost.values(),
+            "solver": self.solver,
             "seed": self.seed,
             "versions": self.versions,
             "sha256": self.sha256,

@@ -59,8 +59,11 @@ def assemble(spec: Spec, records: tuple[Record, ...]) -> Problem:
     require_at_work(spec, effects, tracks)
     parameters = list_parameters(spec, effects, tracks, series)
     confined(spec, effects, tracks)
-    groups = Grouping(effects, dict(spec.model.vary), dict(spec.model.only))(tracks)
-    return Problem(effects, parameters, groups, make_pieces(groups, series, sheets(spec, series)))
+    tolerance = spec.solve.tolerance if spec.solve.method == "diffrax" else None
+    grouping = Grouping(effects, dict(spec.model.vary), dict(spec.model.only), tolerance)
+    groups = grouping(tracks)
+    pieces = make_pieces(groups, series, sheets(spec, series))
+    return Problem(effects, parameters, groups, pieces)
 
 
 def chosen_effects(spec: Spec) -> tuple[type[AbstractEffect], ...]:

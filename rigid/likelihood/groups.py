@@ -3,6 +3,7 @@
 import dataclasses
 from abc import abstractmethod
 from collections.abc import Iterable, Mapping
+from functools import partial
 from typing import ClassVar
 
 import equinox as eqx
@@ -14,17 +15,21 @@ from rigid.kinds.base import Solver
 from rigid.likelihood.parameters import scoped
 from rigid.likelihood.tracks import Track
 from rigid.physics.rig import acting, build_rig
-from rigid.solve import inverse, release, slow, staggered
+from rigid.solve import full, inverse, release, slow, staggered
 
 PUMP_ANGLE = "pump_angle"
 """Angle [rad] at which the pump stood when a record began; a number of each record's own."""
 
 
 class AbstractGroup(eqx.Module):
-    """Tracks that share one program: same kind, same sampling, same view of the parameters."""
+    """Tracks that share one program: same kind, same sampling, same view of the parameters.
+
+    - `tolerance`: of the full solve by diffrax; None: exponential steps predict.
+    """
 
     tracks: eqx.AbstractVar[tuple[Track, ...]]
     effects: eqx.AbstractVar[tuple[type[AbstractEffect], ...]]
+    tolerance: eqx.AbstractVar[float | None]
     quantities: eqx.AbstractClassVar[tuple[str, ...]]
 
     @property
@@ -42,6 +47,7 @@ class SlowGroup(AbstractGroup):
 
     tracks: tuple[Track, ...]
     effects: tuple[type[AbstractEffect], ...] = eqx.field(static=True)
+    tolerance: float | None = eqx.field(static=True, default=None)
     quantities: ClassVar[tuple[str, ...]] = ("load", "stroke", "pressure")
 
     def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
@@ -52,10 +58,13 @@ class SlowGroup(AbstractGroup):
         framed = self.tracks[0].of.contact == "frame"
         contact = seen["k_frame"] * (1.0 if framed else 0.0)
         fractions = self._fractions(values, contact)
-        if rig.steady:
+        angles = self._angles(values, contact)
+        if self.tolerance is not None:
+            out = full.march(rig, contact, fractions, drives, angles, self.tolerance)
+        elif rig.steady:
             out = slow.march(rig, contact, fractions, drives)
         else:
-            out = staggered.march(rig, contact, fractions, drives, self._angles(values, contact))
+            out = staggered.march(rig, contact, fractions, drives, angles)
         return {quantity: series[: self.samples] for quantity, series in out.items()}
 
     def _angles(self, values: Mapping[str, Array], like: Array) -> Array:
@@ -87,6 +96,7 @@ class ReleaseGroup(AbstractGroup):
 
     tracks: tuple[Track, ...]
     effects: tuple[type[AbstractEffect], ...] = eqx.field(static=True)
+    tolerance: float | None = eqx.field(static=True, default=None)
     quantities: ClassVar[tuple[str, ...]] = ("acceleration",)
 
     def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
@@ -97,6 +107,8 @@ class ReleaseGroup(AbstractGroup):
         onsets = [t.onset for t in self.tracks if t.onset is not None]
         longest = max(t.samples - o for t, o in zip(self.tracks, onsets, strict=True))
         ring = release.ring if rig.steady else staggered.ring
+        if self.tolerance is not None:
+            ring = partial(full.ring, tolerance=self.tolerance)
         swing = ring(rig, preload, delay, self.tracks[0].interval, longest)
         out = jnp.zeros((self.samples, *preload.shape))
         for i, onset in enumerate(onsets):
@@ -110,10 +122,11 @@ class MotionGroup(AbstractGroup):
 
     tracks: tuple[Track, ...]
     effects: tuple[type[AbstractEffect], ...] = eqx.field(static=True)
+    tolerance: float | None = eqx.field(static=True, default=None)
     quantities: ClassVar[tuple[str, ...]] = ("force",)
 
     def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
-        """Return the force."""
+        """Return the force; it follows from the motion, and nothing is solved."""
         seen = scoped(values, self.tracks[0].scope)
         along = inverse.together([t.along for t in self.tracks if t.along is not None])
         return {"force": inverse.force(inverse.build_body(self.effects, seen), along)}
@@ -155,11 +168,13 @@ class Grouping:
 
     - `effects`: all there are. - `vary`: by what each parameter that varies does.
     - `only`: the kind, cylinder or "record,cylinder" that an effect is confined to, by its name.
+    - `tolerance`: of the full solve, None: exponential steps.
     """
 
     effects: tuple[type[AbstractEffect], ...]
     vary: Mapping[str, str]
     only: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    tolerance: float | None = None
 
     def acting(self, track: Track) -> tuple[type[AbstractEffect], ...]:
         """Return the effects that act in a track."""
@@ -182,5 +197,6 @@ class Grouping:
         groups = []
         for key in keys:
             members = tuple(t for t in tracks if self.key(t) == key)
-            groups.append(GROUPS[members[0].of.solver](members, self.acting(members[0])))
+            kind = GROUPS[members[0].of.solver]
+            groups.append(kind(members, self.acting(members[0]), self.tolerance))
         return tuple(groups)

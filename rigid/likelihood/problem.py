@@ -1,5 +1,6 @@
 """Rig, records, noise and priors put together: predictions and the log-posterior of z."""
 
+import dataclasses
 import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -96,6 +97,16 @@ class Problem(eqx.Module):
     def sensors(self) -> tuple[str, ...]:
         """Labels of the sensors, "quantity,cylinder", in order."""
         return tuple(dict.fromkeys(p.sensor(i) for p in self.pieces for i in range(len(p.tracks))))
+
+    @property
+    def tolerance(self) -> float | None:
+        """That of the full solve by diffrax; None: exponential steps predict."""
+        return next((g.tolerance for g in self.groups), None)
+
+    def with_tolerance(self, tolerance: float | None) -> "Problem":
+        """Return the same problem solved in full by diffrax, or by steps."""
+        groups = tuple(dataclasses.replace(g, tolerance=tolerance) for g in self.groups)
+        return dataclasses.replace(self, groups=groups)
 
     def with_weights(self, weights: Mapping[tuple[int, str], np.ndarray]) -> "Problem":
         """Return the same problem with other weights, by (group, quantity)."""

@@ -1,18 +1,44 @@
-"""The reference for all faster ways: diffrax on the rig's own equations, any rig, any record."""
+"""The reference for all faster ways: diffrax on the rig's own equations, any rig, any record.
+
+`march` and `ring` take and return what `slow.march` and `release.ring` do. Each stretch between two
+moves of the valve is solved by itself, so that no step passes over one. Where a solve does not come
+to its end, its readings are nan.
+"""
+
+from functools import partial
+from typing import NamedTuple, TypeVar
 
 import diffrax
+import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
+import optimistix
 from jax import Array
 from jax.typing import ArrayLike
 
-from rigid.physics.rig import Rig, Surroundings
-from rigid.physics.sensors import readings
-from rigid.solve.drive import Drive
+from rigid.physics.rig import FREE, Rig, Surroundings
+from rigid.physics.sensors import Readings, readings
+from rigid.solve.delay import READ
+from rigid.solve.drive import EDGE, STRIDE, Drive
 from rigid.solve.rest import rest_under
 
+Tree = TypeVar("Tree")
+
 TOLERANCE = 1e-8
-MAX_STEPS = 2_000_000
+FINER = 0.1
+"""Tolerance of the equations within a step, in that of the step: left at the same, their error is
+taken for one of the step, and steps are refused by the thousand."""
+
+MAX_STEPS = 200_000
+"""Steps of a stretch after which a solve has not ended."""
+
+
+class _Path(NamedTuple):
+    """What a solve gives: states at the times asked for (times, n), and whether it ended."""
+
+    states: Array
+    ended: Array
 
 
 def integrate(
@@ -20,59 +46,196 @@ def integrate(
 ) -> Array:
     """States at `times` [s] (first = time of `start`), shape (len(times), n), by Kvaerno5.
 
-    - `rig`: scalar parameters. - `tolerance`: relative; absolute in units of the rig's scales.
+    - `rig`: scalar parameters. - `outside`: its time [s] is that at which `times` count 0.
+    - `tolerance`: relative; absolute in units of the rig's scales.
+
+    What did not come to its end is nan.
+    """
+    path = _solved(rig, outside, start, (times[0], times[-1]), times, tolerance, np.inf)
+    return jnp.where(path.ended, path.states, jnp.nan)
+
+
+def _solved(
+    rig: Rig,
+    outside: Surroundings,
+    start: Array,
+    ends: tuple[Array, Array],
+    times: Array,
+    tolerance: float,
+    longest: float,
+) -> _Path:
+    """Solve from the first of `ends` to the last, with no step over `longest` [s].
+
+    - `times` (times,): from end to end, in order.
     """
     scales = jnp.asarray(rig.scales)
 
-    def field(_time: ArrayLike, scaled: Array, _: None) -> Array:
-        return jnp.stack(rig.motion(scaled * scales, outside).rates) / scales
+    def field(time: ArrayLike, scaled: Array, _: None) -> Array:
+        now = outside._replace(time=outside.time + time)
+        return jnp.stack(rig.motion(scaled * scales, now).rates) / scales
 
+    finer = FINER * tolerance
     solution = diffrax.diffeqsolve(
         diffrax.ODETerm(field),
-        diffrax.Kvaerno5(),
-        times[0],
-        times[-1],
+        diffrax.Kvaerno5(root_finder=optimistix.Newton(rtol=finer, atol=finer)),
+        ends[0],
+        ends[1],
         None,
         start / scales,
         saveat=diffrax.SaveAt(ts=times),
-        stepsize_controller=diffrax.PIDController(rtol=tolerance, atol=tolerance),
+        stepsize_controller=diffrax.PIDController(rtol=tolerance, atol=tolerance, dtmax=longest),
         max_steps=MAX_STEPS,
+        throw=False,
+        adjoint=diffrax.ForwardMode(),  # all derivatives that are taken are directional
     )
     path = solution.ys
     assert path is not None  # it is what SaveAt(ts) asks for
-    return path * scales
+    return _Path(path * scales, solution.result == diffrax.RESULTS.successful)
 
 
-def simulate(
-    rig: Rig, contact: Array, fractions: Array, drive: Drive, tolerance: float = TOLERANCE
-) -> dict[str, Array]:
-    """Simulate one slow record: load, stroke, pressure and acceleration, (samples,) each.
+@eqx.filter_jit
+def _stretch(
+    rigs: Rig,
+    outside: Surroundings,
+    start: Array,
+    ends: tuple[Array, Array],
+    asked: Array,
+    tolerance: float,
+    longest: float,
+) -> tuple[Array, Readings]:
+    """State where a stretch ends (n, walkers), and readings (times, walkers) at `asked`.
 
-    - `contact` [N/m]; `fractions` (levels,): flow fractions, level 0 the shut valve.
+    - `rigs`, `outside`, `start` (n, walkers), `asked` (times, walkers) [s]: by walker.
+
+    Of times outside the stretch the readings are those at its nearer end.
     """
+
+    def one(rig: Rig, outside: Surroundings, start: Array, asked: Array) -> tuple:
+        times = jnp.append(jnp.clip(asked, *ends), ends[1])
+        path = _solved(rig, outside, start, ends, times, tolerance, longest)
+        states = jnp.where(path.ended, path.states, jnp.nan)
+
+        def read(y: Array, time: Array) -> Readings:
+            read = readings(rig, y, outside._replace(time=outside.time + time))
+            return Readings(*(jnp.broadcast_to(r, ()) for r in read))
+
+        return states[-1], jax.vmap(read)(states[:-1], times[:-1])
+
+    # One after another: side by side all would take the steps of each, and copy all that is kept.
+    arrays, rest = eqx.partition((rigs, outside, start, asked), eqx.is_array)
+    first = jax.tree.map(lambda leaf: jnp.moveaxis(leaf, -1, 0), arrays)
+    found = jax.lax.map(lambda each: one(*eqx.combine(each, rest)), first)
+    return jax.tree.map(lambda leaf: jnp.moveaxis(leaf, 0, -1), found)
+
+
+def march(
+    rig: Rig,
+    contact: Array,
+    fractions: Array,
+    drives: tuple[Drive, ...],
+    angles: Array | None = None,
+    tolerance: float = TOLERANCE,
+) -> dict[str, Array]:
+    """Simulate a group of slow records from rest; arguments and result as `staggered.march`."""
+    walkers = fractions.shape[2]
+    rigs, lags = _by_walker(rig, walkers), rig.delays()
+    samples = max(d.samples for d in drives)
+    start = _by_walker(rest_under(rig, 0.0, contact), walkers)
+    columns = []
+    for track, drive in enumerate(drives):
+        angle = jnp.zeros(walkers) if angles is None else angles[track]
+        times = drive.first + drive.interval * np.minimum(np.arange(samples), drive.samples - 1)
+        asked = {q: _asked(times, lags.get(q, 0.0), walkers) for q in READ}
+        flows = partial(_flow, contact, fractions[:, track], angle, drive)
+        columns.append(_record(rigs, flows, drive, start, asked, tolerance))
+    return {q: jnp.stack([column[q] for column in columns], axis=1) for q in READ}
+
+
+def _flow(contact: Array, fractions: Array, angle: Array, drive: Drive, level: int) -> Surroundings:
+    """Surroundings of one record at a level of its valve; time 0 is its first sample."""
+    walkers = fractions.shape[1]
+    parts = (contact, 0.0, fractions[level], -drive.first, angle)
+    return Surroundings(*(jnp.broadcast_to(jnp.asarray(p, float), (walkers,)) for p in parts))
+
+
+def _asked(times: np.ndarray, lag: ArrayLike, walkers: int) -> Array:
+    """Times (times, walkers) at which what is read was there; none lies outside the record."""
+    late = jnp.asarray(times)[:, None] - jnp.broadcast_to(lag, (walkers,))
+    return jnp.clip(late, times[0], times[-1])
+
+
+def _record(
+    rigs: Rig, flows: partial, drive: Drive, start: Array, asked: dict[str, Array], tolerance: float
+) -> dict[str, Array]:
+    """Readings (samples, walkers) of one record, by quantity.
+
+    - `flows`: gives the surroundings at a level. - `asked` (samples, walkers) [s], by quantity.
+    """
+    shared = _alike(asked)
+    every = jnp.concatenate(list(shared.values()))
+    order = jnp.argsort(every, axis=0)
+    every = jnp.take_along_axis(every, order, axis=0)
+    slack, last = EDGE * drive.interval, drive.times[-1]
     bounds = (drive.first, *drive.switches, np.inf)
-    flat = rest_under(rig, 0.0, contact)
-    rows = []
+    flat, found = start, None
     for level, begin, end in zip(drive.levels, bounds[:-1], bounds[1:], strict=True):
-        inside = drive.times[(drive.times >= begin) & (drive.times < end)]
-        stop = min(end, drive.times[-1])
-        if begin > drive.times[-1]:
+        if begin > last:
             break
-        times = np.unique([begin, *inside, stop]) if stop > begin else np.array([begin])
-        outside = Surroundings(contact, 0.0, fractions[level])
-        path = flat[None]
-        if len(times) > 1:
-            path = integrate(rig, outside, flat, jnp.asarray(times), tolerance)
-        rows += [readings(rig, path[i], outside) for i in np.searchsorted(times, inside)]
-        flat = path[-1]
-    return {name: jnp.stack([getattr(row, name) for row in rows]) for name in rows[0]._fields}
+        outside, ends = flows(level), (jnp.asarray(begin), jnp.asarray(min(end, last)))
+        if begin == last:  # nothing moves any more, but the valve does
+            ends = (ends[0], ends[0] + drive.interval)
+        longest = STRIDE * drive.interval
+        flat, series = _stretch(rigs, outside, flat, ends, every, tolerance, longest)
+        here = every >= begin - slack
+        found = series if found is None else _overlaid(here, series, found)
+    assert found is not None  # a record has one stretch at least
+    back = jnp.argsort(order, axis=0)
+    rows = dict(zip(shared, jnp.split(back, len(shared)), strict=True))
+    return {q: jnp.take_along_axis(getattr(found, q), rows[_key(asked, q)], axis=0) for q in asked}
 
 
-def simulate_release(
-    rig: Rig, preload: Array, delay: Array, interval: float, samples: int
+def _overlaid(here: Array, series: Readings, before: Readings) -> Readings:
+    """Take a stretch where it is, what was before elsewhere."""
+    return Readings(*(jnp.where(here, a, b) for a, b in zip(series, before, strict=True)))
+
+
+def _key(asked: dict[str, Array], quantity: str) -> str:
+    """Return the first quantity that asks for the same times."""
+    return next(q for q in asked if asked[q] is asked[quantity])
+
+
+def _alike(asked: dict[str, Array]) -> dict[str, Array]:
+    """Keep each set of times once."""
+    return {q: times for q, times in asked.items() if _key(asked, q) == q}
+
+
+def _by_walker(tree: Tree, walkers: int) -> Tree:
+    """Give every array of a tree a last axis of `walkers`."""
+
+    def wide(leaf: Array) -> Array:
+        return jnp.broadcast_to(leaf, (*leaf.shape[:-1], walkers))
+
+    arrays, rest = eqx.partition(tree, eqx.is_array)
+    return eqx.combine(jax.tree.map(wide, arrays), rest)
+
+
+def ring(
+    rig: Rig,
+    preload: Array,
+    delay: Array,
+    interval: float,
+    samples: int,
+    tolerance: float = TOLERANCE,
 ) -> Array:
-    """Acceleration of the plate after a release [m/s^2], (samples,), as `release.ring`."""
-    free = Surroundings()
-    times = jnp.concatenate([jnp.zeros(1), delay + interval * jnp.arange(samples)])
-    path = integrate(rig, free, rest_under(rig, preload), times)
-    return jnp.stack([readings(rig, y, free).acceleration for y in path[1:]])
+    """Acceleration of the plate after a release; arguments and result as `release.ring`."""
+    walkers = preload.shape[1]
+    rigs, outside = _by_walker(rig, walkers), FREE._replace(time=0.0)
+    outside = Surroundings(*(jnp.broadcast_to(jnp.asarray(p, float), (walkers,)) for p in outside))
+    columns = []
+    for load, late in zip(preload, delay, strict=True):
+        asked = late + interval * jnp.arange(samples)[:, None]
+        start = _by_walker(rest_under(rig, load), walkers)
+        ends = (jnp.zeros(()), jnp.max(asked))
+        longest = STRIDE * interval
+        columns.append(_stretch(rigs, outside, start, ends, asked, tolerance, longest)[1])
+    return jnp.stack([column.acceleration for column in columns], axis=1)

@@ -159,6 +159,13 @@ class SamplerSpec(Value):
         return self
 
 
+class SolveSpec(Value):
+    """By what the equations of motion are solved; `tolerance` is diffrax's, relative."""
+
+    method: Literal["steps", "diffrax"] = "steps"
+    tolerance: Annotated[Real, Field(ge=1e-12, le=1e-4)] = 1e-8
+
+
 class BandsLawSpec(Value):
     """One way the rig may be: the posterior of a calibration, and how probable it is."""
 
@@ -218,6 +225,7 @@ class SpecBody(Value):
     records: tuple[RecordSpec, ...] = ()
     bands: BandsSpec | None = None
     sampler: SamplerSpec = SamplerSpec()
+    solve: SolveSpec = SolveSpec()
     published: PublishedSpec | None = Field(default=None, exclude=True)
 
     @model_validator(mode="after")

@@ -15,6 +15,7 @@ from rigid.discovery.workflow import Outcome, Running
 from rigid.discovery.workflow import discover as work
 from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.inference.calibrate import fingerprint
+from rigid.inference.reference_check import SolverCheck
 from rigid.inference.search import settled
 from rigid.io.cache import Shelf
 from rigid.io.cli import Options, progress, reach, say
@@ -22,6 +23,7 @@ from rigid.io.files import write_text
 from rigid.likelihood.assemble import given_laws
 from rigid.likelihood.effect_lookup import effects_named, marks
 from rigid.likelihood.problem import Problem
+from rigid.localfit.reference_check import against_reference
 from rigid.records.record import Record
 from rigid.report.discovery import compared, output
 from rigid.report.discovery.present import Run, content
@@ -87,13 +89,24 @@ class Discovery:
         return Study(parse_spec(text, folder / name))
 
     @cached_property
+    def solver(self) -> SolverCheck | None:
+        """The fit with all that was added, solved again by diffrax; None: nothing is solved."""
+        return against_reference(self.outcome.final, self.seed)
+
+    @property
+    def usable(self) -> bool:
+        """Whether the error of the solver does not matter."""
+        return self.solver is None or self.solver.ok
+
+    @cached_property
     def result(self) -> Mapping[str, Any]:
         """All of discovery.json."""
         extended = None
         if self._extends and self.folder is not None:
             extended = self.folder / output.SPEC_NAME
         told = output.as_dict(self._spec, self.outcome, extended)
-        return told | {"disagreements": compared.told(self._compared)}
+        solver = None if self.solver is None else self.solver.values()
+        return told | {"disagreements": compared.told(self._compared), "solver": solver}
 
     def table(self) -> str:
         """What the command prints."""
@@ -110,7 +123,7 @@ class Discovery:
             text = output.extended_spec(self._spec, self.outcome, self.folder)
             write_text(self.folder / output.SPEC_NAME, text)
         write_text(self.folder / "discovery.json", self.json())
-        this = Run(self.seed, self.question.notes, self._compared)
+        this = Run(self.seed, self.question.notes, self._compared, self.solver)
         write_report(content(self._spec, self.outcome, dict(self.result), this), self.folder)
 
     @property

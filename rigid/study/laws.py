@@ -11,10 +11,12 @@ from rigid.friction.comparison import Comparison, compare
 from rigid.friction.fits import fit_laws
 from rigid.friction.models import laws
 from rigid.friction.next_record import next_record
+from rigid.inference.reference_check import SolverCheck
 from rigid.io.cli import Options, say
 from rigid.io.files import write_text
 from rigid.likelihood.assemble import given_laws
 from rigid.likelihood.problem import Problem
+from rigid.localfit.reference_check import against_reference
 from rigid.report.laws.output import as_csv, as_dict
 from rigid.report.laws.present import content, table
 from rigid.report.laws.section import write_report
@@ -33,13 +35,19 @@ class Laws:
     seed: int
 
     @cached_property
+    def solver(self) -> SolverCheck | None:
+        """The first model's fit, solved again by diffrax; None: nothing is solved."""
+        return against_reference(self.comparison.first.local, self.seed)
+
+    @cached_property
     def result(self) -> Mapping[str, Any]:
         """All of laws.json."""
-        return as_dict(self.spec, self.comparison, next_record(self.comparison), self.seed)
+        further = next_record(self.comparison)
+        return as_dict(self.spec, self.comparison, further, self.seed, self.solver)
 
     @property
     def usable(self) -> bool:
-        """Whether a model explains the records."""
+        """Whether a model explains the records, and the solver's error does not matter."""
         return self.result["usable"]
 
     def table(self) -> str:

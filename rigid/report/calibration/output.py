@@ -79,6 +79,8 @@ def checks(done: Calibrated, gap: float) -> list[Check]:
         f"(limit {MOST_CHANNEL_GAP})"
     )
     listed.append(Check("residuals", fits, said))
+    if done.solver is not None:
+        listed.append(done.solver.check)
     if len(done.found.optima) > 1:
         k = done.weights.pareto_k
         listed.append(
@@ -124,6 +126,7 @@ def result(spec: Spec, done: Calibrated, wall: float) -> Result:
         seed=done.seed,
         versions=versions(),
         sha256={f"{r.name},{r.cylinder}": r.sha256 for r in done.records},
+        solver=None if done.solver is None else done.solver.values(),
     )
 
 

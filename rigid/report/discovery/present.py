@@ -14,7 +14,9 @@ from rigid.discovery.weighing.explain import (
 )
 from rigid.discovery.weighing.odds import MIMICS
 from rigid.discovery.workflow import Judged, Outcome, Step
+from rigid.inference.reference_check import SolverCheck
 from rigid.localfit.leave_one_out import gap
+from rigid.report.content import Check
 from rigid.report.discovery.compared import Compared, sentence, shown, table
 from rigid.report.discovery.lead import SHOWN, chance, lead, moves, ruling, share, would_show
 from rigid.report.discovery.residuals import against, residuals
@@ -30,11 +32,13 @@ class Run(NamedTuple):
     """What goes with a run of the model against records.
 
     - `seed`. - `notes`: what was dropped on reading. - `compared`: where it disagrees with them.
+    - `solver`: the fit with all that was added, solved again by diffrax.
     """
 
     seed: int
     notes: tuple[str, ...]
     compared: Compared
+    solver: SolverCheck | None = None
 
 
 def content(spec: Spec, outcome: Outcome, made: dict[str, Any], run: Run) -> DiscoveryContent:
@@ -59,6 +63,7 @@ def content(spec: Spec, outcome: Outcome, made: dict[str, Any], run: Run) -> Dis
         bets=bets(),
         ending=_ending(outcome),
         notes=run.notes,
+        solver=None if run.solver is None else Check("solver", run.solver.ok, run.solver.says),
         names=names,
         cosines=cosines,
         pairs=_pairs(names, cosines),

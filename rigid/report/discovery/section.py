@@ -20,6 +20,7 @@ from rigid.plots.discovery import (
 )
 from rigid.plots.illustration import Illustration
 from rigid.plots.vector import svg
+from rigid.report.content import Check
 from rigid.report.page import Section, rebuild, write_section
 from rigid.report.templating import environment
 
@@ -67,7 +68,7 @@ class DiscoveryContent:
     - `where`: a sentence on where model and records disagree, and a row for each disagreement:
       (channel, over what, from where to where, p-value, p-value with what was added).
     - `compared`: for the figure. - `bets`: what one would bet before any record, in a sentence.
-    - `notes`: on the records as they were read.
+    - `notes`: on the records as they were read. - `solver`: the check of the solver.
     - `names`, `cosines` (n, n): what the records can tell apart. - `pairs`: sentences on it.
     - `rejected`: (effect, why, from what size on it would have shown); `shown`: at what strength.
     """
@@ -83,6 +84,7 @@ class DiscoveryContent:
     bets: str
     ending: tuple[str, ...]
     notes: tuple[str, ...]
+    solver: Check | None
     names: tuple[str, ...]
     cosines: Float[np.ndarray, "n n"]
     pairs: tuple[str, ...]

@@ -7,6 +7,7 @@ from typing import Any
 from rigid.effects import CATALOGUE
 from rigid.friction.comparison import CANNOT_TELL, Comparison, Standing
 from rigid.friction.prior_widths import AS_STATED
+from rigid.inference.reference_check import SolverCheck
 from rigid.io.files import finite
 from rigid.localfit.intervals import interval
 from rigid.localfit.leave_one_out import gap
@@ -18,14 +19,20 @@ from rigid.spec import Spec
 SCHEMA = 1
 
 
-def as_dict(spec: Spec, found: Comparison, further: Proposal | None, seed: int) -> dict[str, Any]:
+def as_dict(
+    spec: Spec,
+    found: Comparison,
+    further: Proposal | None,
+    seed: int,
+    solver: SolverCheck | None = None,
+) -> dict[str, Any]:
     """What goes to laws.json; log evidences and densities are differences to the first law."""
     left_over = gap(found.first.local)
     return {
         "schema": SCHEMA,
         "spec": spec.path.name,
         "simulated": spec.simulated,
-        "usable": bool(left_over <= MOST_GAP),
+        "usable": bool(left_over <= MOST_GAP) and (solver is None or solver.ok),
         "verdict": found.verdict,
         "law": found.first.law.name if found.verdict != CANNOT_TELL else None,
         "first": found.first.law.name,
@@ -35,6 +42,7 @@ def as_dict(spec: Spec, found: Comparison, further: Proposal | None, seed: int) 
         else {"record": further.words, "apart": finite(further.apart)},
         "gap": finite(left_over),
         "laws": [_law(one, found) for one in found.standings],
+        "solver": None if solver is None else solver.values() | {"says": solver.says},
         "seed": seed,
     }
 

@@ -10,6 +10,7 @@ from rigid.friction.comparison import CANNOT_TELL, DECIDED, MOST_APART, TIED
 from rigid.localfit.scatter import CAMPAIGNS
 from rigid.plots.laws import LawShown
 from rigid.report.laws.section import LawsContent
+from rigid.report.usability import MOST_GAP
 from rigid.spec import Spec
 
 
@@ -63,6 +64,8 @@ def _shown(one: dict[str, Any]) -> LawShown:
 def ruling(made: dict[str, Any]) -> str:
     """The verdict in a sentence."""
     first, names = made["laws"][0], _names(made)
+    if not made["usable"] and made["gap"] <= MOST_GAP:
+        return "The solver's error matters: the comparison must not be used as it stands."
     if not made["usable"]:
         return (
             f"No law explains the records: the best, {first['words']}, leaves a gap of "
@@ -98,6 +101,8 @@ def notes(made: dict[str, Any]) -> tuple[str, ...]:
             f"The record that {parts} the first law and the likeliest of those tied with it: "
             f"{record['record']} ({record['apart']:.1f}; {PARTED} parts two in 19 of 20)."
         )
+    if made.get("solver") is not None:
+        out.append(f"The first law's fit: {made['solver']['says']}.")
     refitted = sum(r["refitted"] for one in made["laws"] for r in one["records"])
     if refitted:
         out.append(f"{refitted} of the left-out predictions rest on a fit of their own.")
