@@ -14,9 +14,9 @@ def main(arguments: list[str] | None = None) -> int:
 
 def bands(options: Options) -> int:
     """Make the bands of every field record; returns 0, or 1 if they must not be used."""
-    from rigid.spec import find_spec, load_spec
+    from rigid.spec.opening import open_spec
 
-    spec = load_spec(find_spec(options.spec))
+    spec = open_spec(options)
     named = [] if spec.bands is None else [str(path) for path, _ in spec.bands.sources]
     say(options, f"spec {spec.path}: posterior {', '.join(named) or 'not named'}")
 

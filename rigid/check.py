@@ -3,7 +3,7 @@
 import json
 import sys
 
-from rigid.io.cli import Options, run, say
+from rigid.io.cli import Options, run
 
 SAYS = "Read spec and records and say what a fit would do; --schema prints the specs' JSON Schema."
 
@@ -21,10 +21,9 @@ def main(arguments: list[str] | None = None) -> int:
 
 def check(options: Options) -> int:
     """Say what a fit of the spec would do; returns 0."""
-    from rigid.spec import find_spec, load_spec
+    from rigid.spec.opening import open_spec
 
-    spec = load_spec(find_spec(options.spec))
-    say(options, f"spec {spec.path}: {len(spec.records)} records")
+    spec = open_spec(options)
 
     from rigid.io.runtime import prepare
 

@@ -14,10 +14,9 @@ def main(arguments: list[str] | None = None) -> int:
 
 def discover(options: Options) -> int:
     """Run the workflow and write its files; returns 0, or 1 if the solver's error matters."""
-    from rigid.spec import find_spec, load_spec
+    from rigid.spec.opening import open_spec
 
-    spec = load_spec(find_spec(options.spec))
-    say(options, f"spec {spec.path}: {len(spec.records)} records")
+    spec = open_spec(options)
 
     from rigid.io.runtime import prepare
 

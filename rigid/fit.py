@@ -19,12 +19,11 @@ def main(arguments: list[str] | None = None) -> int:
 
 def fit(options: Options) -> int:
     """Calibrate and write all files; returns 0, or 1 if the result must not be used."""
-    from rigid.spec import find_spec, load_spec
+    from rigid.spec.opening import open_spec
 
-    spec = load_spec(find_spec(options.spec))
+    spec = open_spec(options)
     if spec.published is not None:
         return fit_published(spec, options)
-    say(options, f"spec {spec.path}: {len(spec.records)} records")
 
     from rigid.io.runtime import prepare
 

@@ -22,6 +22,7 @@ from rigid.inference.chain import Block, EnsembleBlock, EnsembleState, Layout
 from rigid.inference.proposal import MixtureProposal, Mode
 from rigid.io.errors import EnvironmentFaultError, InputError
 from rigid.io.files import fsync, replacing, write_fault
+from rigid.io.hdf5 import require_own
 
 NAME = "chain.h5"
 SCHEMA = 1
@@ -152,6 +153,7 @@ class Checkpoint:
 
 def _open(path: Path) -> h5py.File:
     try:
+        require_own(path)
         file = h5py.File(path, "r+")
     except OSError as error:
         if error.errno in (errno.EAGAIN, errno.EWOULDBLOCK):

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from rigid.io.errors import InputError
 from rigid.io.files import replacing
+from rigid.io.hdf5 import require_own
 
 ENGINE = "h5netcdf"
 # xarray turns variables in these units, and those "since" a date, into dates when it reads them.
@@ -58,6 +59,7 @@ def load_posterior(path: Path | str) -> xr.DataTree:
     if not path.is_file():
         raise InputError(f"{path}: no such file; run `python -m rigid.fit` on the spec first")
     try:
+        require_own(path)
         with xr.open_datatree(path, engine=ENGINE, decode_timedelta=False) as tree:
             loaded = tree.load().copy(deep=True)
     except (OSError, ValueError, KeyError, TypeError, RuntimeError) as error:

@@ -28,6 +28,7 @@ class Options:
 
     - `spec`: name or path. - `out`: folder of the results, None for `reports/<name>/`.
     - `seed`: in place of the spec's. - `resume`, `quiet`, `as_json`: as on the command line.
+    - `own_code`: whether a spec may bring code along.
     """
 
     spec: str
@@ -36,6 +37,7 @@ class Options:
     resume: bool
     quiet: bool
     as_json: bool
+    own_code: bool = True
 
     def folder(self, spec_path: Path) -> Path:
         """Folder of the results for a spec."""
@@ -61,6 +63,12 @@ def parse(command: str, says: str, arguments: list[str] | None = None) -> Option
     parser.add_argument("--resume", action="store_true", help="go on with an interrupted run")
     parser.add_argument("--quiet", action="store_true", help="no progress on standard error")
     parser.add_argument("--json", action="store_true", dest="as_json", help="print result.json")
+    parser.add_argument(
+        "--no-own-code",
+        action="store_false",
+        dest="own_code",
+        help="refuse a spec that runs code of its own (module:Class)",
+    )
     parser.add_argument("--workers", metavar="ADDRESS", help="a Dask scheduler; not yet taken")
     parser.add_argument("--version", action="version", version=f"rigid {__version__}")
     given = vars(parser.parse_args(arguments))

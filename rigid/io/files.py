@@ -4,11 +4,57 @@ import errno
 import fcntl
 import math
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from rigid.io.errors import EnvironmentFaultError
+from rigid.io.errors import EnvironmentFaultError, InputError
+
+MIB = 1 << 20
+KINDS_OF_FILE = {
+    stat.S_IFDIR: "a folder",
+    stat.S_IFIFO: "a pipe",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+    stat.S_IFSOCK: "a socket",
+}
+
+
+def read_bytes(path: Path, most: int) -> bytes:
+    """Return what stands in a regular file of at most `most` bytes.
+
+    A device has no end and a pipe may never begin: neither is waited for.
+
+    Raises InputError for what is no such file, OSError where the system does not let it be read.
+    """
+    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+    try:
+        require_regular(path, os.fstat(handle), most)
+    except InputError:
+        os.close(handle)
+        raise
+    with os.fdopen(handle, "rb") as file:
+        content = file.read(most + 1)
+    if len(content) > most:  # it has grown meanwhile
+        raise too_large(path, len(content), most)
+    return content
+
+
+def require_regular(path: Path, found: os.stat_result, most: int) -> None:
+    """Raise InputError for what is no regular file, or one of more than `most` bytes."""
+    if not stat.S_ISREG(found.st_mode):
+        what = KINDS_OF_FILE.get(stat.S_IFMT(found.st_mode), "no regular file")
+        raise InputError(f"{path}: this is {what}; name a regular file")
+    if found.st_size > most:
+        raise too_large(path, found.st_size, most)
+
+
+def too_large(path: Path, size: int, most: int) -> InputError:
+    """The fault of a file that has too many bytes."""
+    return InputError(
+        f"{path}: has {size / MIB:.0f} MiB; at most {most / MIB:.0f} MiB are read, split the file"
+    )
 
 
 @contextmanager

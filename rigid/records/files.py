@@ -6,8 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rigid.io.errors import EnvironmentFaultError, InputError
+from rigid.io.files import MIB, read_bytes
 from rigid.records import accelerometer, delimited, toa5
 from rigid.records.table import Table
+
+MOST_BYTES = 1024 * MIB
+"""Of a record: days at 1,600 Hz."""
 
 LOGGER = re.compile(rb'"?(TO[AB]\w{0,4})"?,')  # TOA5, TOB1, TOB3, TOACI1
 KNOWN_BINARY = {
@@ -37,14 +41,12 @@ def load(path: Path) -> Source:
     EnvironmentFaultError when the system does not let it be read.
     """
     try:
-        content = path.read_bytes()
+        content = read_bytes(path, MOST_BYTES)
     except (FileNotFoundError, NotADirectoryError):
         raise InputError(
             f"{path}: there is no such file; correct `file` in the spec (it counts from the "
             "folder of the spec)"
         ) from None
-    except IsADirectoryError:
-        raise InputError(f"{path}: this is a folder; name a file in it") from None
     except OSError as error:
         raise EnvironmentFaultError(f"{path}: could not be read ({error.strerror})") from error
     return Source(parse(path, content), hashlib.sha256(content).hexdigest())

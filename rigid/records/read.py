@@ -19,6 +19,7 @@ from rigid.records.units import TIMESTAMP, to_si
 from rigid.spec import ChannelSpec, RecordSpec, Spec
 
 TIME = "time"
+FIELD = "field"
 UNEVEN = "samples are not evenly spaced; they are interpolated onto a grid of {:.4g} s"
 INVALIDATES = ("nan", "saturated")  # accepted, these make samples invalid
 
@@ -47,18 +48,23 @@ def read_records(spec: Spec, kinds: Collection[str] | None = None) -> tuple[Reco
     - kinds: return the records of these kinds instead, such as ("field",), fitted or not
 
     A file that several records name is read once. Samples that a sensor took at the end of its
-    range are invalid.
+    range are invalid. Field records are read along with those that are fitted, and their problems
+    are told: they would stop `rigid.bands` when the calibration has been made.
 
     Raises InputError with the problems of all files, one a line.
     """
     files: dict[Path, Source | InputError] = {}
     found, problems = [], []
     for record in spec.records:
-        if record.fit if kinds is None else record.kind in kinds:
+        wanted = record.fit if kinds is None else record.kind in kinds
+        if wanted or (kinds is None and record.kind == FIELD):
             try:
-                found.append(read_record(record, spec.sensors, files))
+                read = read_record(record, spec.sensors, files)
             except InputError as error:
                 problems += str(error).splitlines()
+                continue
+            if wanted:
+                found.append(read)
     if problems:
         raise InputError("\n".join(dict.fromkeys(problems)))
     return without_ends(found, spec.sensors)

@@ -7,7 +7,10 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 
-Real = Annotated[float, Field(strict=True)]
+LARGEST = 1e30
+"""Of any number in a spec, SI."""
+
+Real = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST)]
 """A number; neither a text that looks like one nor true or false."""
 Whole = Annotated[int, Field(strict=True)]
 Flag = Annotated[bool, Field(strict=True)]
@@ -53,6 +56,21 @@ def _positive(known: Known) -> Known:
     if known.value <= 0.0:
         raise ValueError(f"must be above 0; found {known.value:g}")
     return known
+
+
+def within(low: float, high: float, unit: str) -> AfterValidator:
+    """Refuse a number outside a physical range, and an sd that is larger than the number."""
+
+    def check(known: Known) -> Known:
+        if not low <= known.value <= high:
+            raise ValueError(f"must lie between {low:g} and {high:g} {unit}; found {known.value:g}")
+        if known.sd > known.value:
+            raise ValueError(
+                f"sd must be at most the value itself, {known.value:g} {unit}; found {known.sd:g}"
+            )
+        return known
+
+    return AfterValidator(check)
 
 
 def uncertain(share: float) -> BeforeValidator:

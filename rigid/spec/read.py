@@ -6,8 +6,12 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from rigid.io.errors import InputError
+from rigid.io.files import MIB, read_bytes
 from rigid.spec.sentences import nearest, sentence
 from rigid.spec.values import Spec, SpecBody
+
+MOST_BYTES = 4 * MIB
+"""Of a spec."""
 
 PACKAGE = Path(__file__).resolve().parents[1]
 EXAMPLES = (PACKAGE / "examples" / "fits", PACKAGE.parent / "fits")
@@ -39,7 +43,7 @@ def load_spec(path: Path) -> Spec:
     Raises InputError with one line for each mistake.
     """
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_bytes(path, MOST_BYTES).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: cannot be read ({error})") from None
     return parse_spec(text, path)
@@ -52,7 +56,11 @@ def parse_spec(text: str, path: Path) -> Spec:
     """
     try:
         given = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except RecursionError:
+        raise InputError(
+            f"{path}: tables or lists are nested too deep; a spec has five levels"
+        ) from None
+    except ValueError as error:  # of the syntax, or a number of thousands of digits
         raise InputError(f"{path}: is not valid TOML: {error}") from None
     try:
         body = SpecBody.model_validate(given)

@@ -7,7 +7,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 
-from rigid.spec.base import POSITIVE, Flag, Known, Real, Value, Whole, uncertain
+from rigid.kinds import KINDS
+from rigid.spec.base import POSITIVE, Flag, Known, Real, Value, Whole, uncertain, within
 from rigid.spec.published import PublishedSpec
 from rigid.spec.record import RecordSpec
 from rigid.spec.sheets import SensorsSpec
@@ -36,15 +37,31 @@ class RigSpec(Value):
     docs/spec.md.
     """
 
-    M_HC: Annotated[Known, uncertain(MASS_SHARE), POSITIVE] = _relative(60.0, MASS_SHARE)
-    M_Pl: Annotated[Known, uncertain(MASS_SHARE), POSITIVE] = _relative(10.0, MASS_SHARE)
-    M_Fl: Annotated[Known, uncertain(MASS_SHARE), POSITIVE] = _relative(200.0, MASS_SHARE)
-    S_Pl: Annotated[Known, uncertain(0.0), POSITIVE] = Known(value=44.2e-4)
-    k_oil: Annotated[Known, uncertain(OIL_SHARE), POSITIVE] = _relative(2e9, OIL_SHARE)
-    L_0: Annotated[Known, uncertain(COLUMN_SHARE), POSITIVE] = _relative(0.20, COLUMN_SHARE)
-    p_max: Annotated[Known, uncertain(0.0), POSITIVE] = Known(value=700e5)
-    k_frame: Annotated[Known, uncertain(FRAME_SHARE), POSITIVE] | None = None
-    presliding: Annotated[Known, uncertain(0.0), POSITIVE] = Known(value=2e-5)
+    M_HC: Annotated[Known, uncertain(MASS_SHARE), POSITIVE, within(1e-3, 1e6, "kg")] = _relative(
+        60.0, MASS_SHARE
+    )
+    M_Pl: Annotated[Known, uncertain(MASS_SHARE), POSITIVE, within(1e-3, 1e6, "kg")] = _relative(
+        10.0, MASS_SHARE
+    )
+    M_Fl: Annotated[Known, uncertain(MASS_SHARE), POSITIVE, within(1e-3, 1e6, "kg")] = _relative(
+        200.0, MASS_SHARE
+    )
+    S_Pl: Annotated[Known, uncertain(0.0), POSITIVE, within(1e-8, 10.0, "m^2")] = Known(
+        value=44.2e-4
+    )
+    k_oil: Annotated[Known, uncertain(OIL_SHARE), POSITIVE, within(1e5, 1e12, "Pa")] = _relative(
+        2e9, OIL_SHARE
+    )
+    L_0: Annotated[Known, uncertain(COLUMN_SHARE), POSITIVE, within(1e-4, 100.0, "m")] = _relative(
+        0.20, COLUMN_SHARE
+    )
+    p_max: Annotated[Known, uncertain(0.0), POSITIVE, within(1e3, 1e11, "Pa")] = Known(value=700e5)
+    k_frame: Annotated[Known, uncertain(FRAME_SHARE), POSITIVE, within(1.0, 1e14, "N/m")] | None = (
+        None
+    )
+    presliding: Annotated[Known, uncertain(0.0), POSITIVE, within(1e-9, 0.1, "m")] = Known(
+        value=2e-5
+    )
     frame_beams: Literal["two-per-cylinder", "two-shared"] = "two-per-cylinder"
 
     @property
@@ -137,17 +154,20 @@ class LawSpec(Value):
         return {"law": law, "arguments": arguments}
 
 
+MOST_SEED = 2**63 - 1
+
+
 class SamplerSpec(Value):
     """How long and how wide to sample; `walkers` 0 chooses by the number of parameters."""
 
-    seed: Annotated[Whole, Field(ge=0)] = 1
-    ensembles: Annotated[Whole, Field(ge=2)] = 4
-    walkers: Annotated[Whole, Field(ge=0, multiple_of=2)] = 0
-    starts: Annotated[Whole, Field(ge=1)] = 16
+    seed: Annotated[Whole, Field(ge=0, le=MOST_SEED)] = 1
+    ensembles: Annotated[Whole, Field(ge=2, le=256)] = 4
+    walkers: Annotated[Whole, Field(ge=0, le=100_000, multiple_of=2)] = 0
+    starts: Annotated[Whole, Field(ge=1, le=10_000)] = 16
     r_hat: Annotated[Real, Field(gt=1.0)] = 1.01
     ess: Annotated[Real, Field(gt=0.0)] = 1000.0
-    max_steps: Annotated[Whole, Field(ge=100)] = 20000
-    block: Annotated[Whole, Field(ge=10)] = 50
+    max_steps: Annotated[Whole, Field(ge=100, le=100_000_000)] = 20000
+    block: Annotated[Whole, Field(ge=10, le=1_000_000)] = 50
 
     @model_validator(mode="after")
     def two_blocks(self) -> "SamplerSpec":
@@ -245,6 +265,19 @@ class SpecBody(Value):
                     f"records: '{r.name}' is a {kinds[r.name]} on one cylinder and a {r.kind} on "
                     "another; one name is one run, give one of them another name"
                 )
+        return self
+
+    @model_validator(mode="after")
+    def held_by_something(self) -> "SpecBody":
+        """Refuse a rig on which nothing acts; a body that moves freely is measured all the same."""
+        if not self.model.effects:
+            for r in self.records:
+                if KINDS[r.kind].of_the_rig():
+                    raise ValueError(
+                        f"model: effects is empty, but {r.name} is a {r.kind} of the rig, on "
+                        f"which {', '.join(ModelSpec().effects)} act; name the effects, or leave "
+                        "the key out"
+                    )
         return self
 
     @model_validator(mode="after")

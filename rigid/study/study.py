@@ -24,6 +24,7 @@ from rigid.likelihood.problem import Problem
 from rigid.records.read import read_records
 from rigid.records.record import Record
 from rigid.spec import Spec, find_spec, load_spec
+from rigid.spec.opening import require_none_of_its_own
 from rigid.spec.write import build_spec
 from rigid.study.bands import Written, bands, smoothing, write_all
 from rigid.study.check import Checked
@@ -224,12 +225,17 @@ def _folder(options: Options) -> Iterator[Path]:
             yield options.out
 
 
-def load(name: Path | str) -> Study:
+def load(name: Path | str, *, own_code: bool = True) -> Study:
     """Return the study of a spec: a path, NAME of ./fits/NAME.toml, or a shipped example.
+
+    - `own_code`: False refuses a spec that runs code of its own (`module:Class`).
 
     Raises InputError where there is no such spec, with one line for each mistake in it.
     """
-    return Study(load_spec(find_spec(str(name))))
+    spec = load_spec(find_spec(str(name)))
+    if not own_code:
+        require_none_of_its_own(spec)
+    return Study(spec)
 
 
 def build(name: str, folder: Path | str = ".", **tables: Any) -> Study:

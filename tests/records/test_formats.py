@@ -186,9 +186,9 @@ def test_folder(tmp_path):
 
 
 def test_unreadable_file(tmp_path, monkeypatch):
-    def refuse(self):
+    def refuse(*_given):
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(Path, "read_bytes", refuse)
+    monkeypatch.setattr("rigid.records.files.read_bytes", refuse)
     with pytest.raises(EnvironmentFaultError, match=r"r\.csv: could not be read \(Permission"):
         load(tmp_path / "r.csv")
