@@ -110,7 +110,7 @@ def test_result_json_has_the_keys_of_the_contract(fitted):
     result = fitted.result
     assert set(result) == {
         *("schema", "spec", "usable", "simulated", "checks", "parameters"),
-        *("gap", "cost", "seed", "versions", "sha256"),
+        *("gap", "cost", "solver", "seed", "versions", "sha256"),
     }
     assert (result["schema"], result["spec"], result["simulated"]) == (1, "own", True)
     assert result["seed"] == 3

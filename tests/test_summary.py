@@ -116,8 +116,8 @@ def test_the_result_has_the_keys_of_the_contract(tmp_path):
     assert "Infinity" not in text
     found = json.loads(text)
     assert list(found) == [
-        "schema", "spec", "usable", "simulated", "checks", "parameters", "gap", "cost", "seed",
-        "versions", "sha256",
+        "schema", "spec", "usable", "simulated", "checks", "parameters", "gap", "cost", "solver",
+        "seed", "versions", "sha256",
     ]  # fmt: skip
     assert found["schema"] == 1
     assert found["usable"] is True
