@@ -122,7 +122,10 @@ def test_results_lie_in_reports_by_the_name_of_the_spec():
         (("--quiet",), "required: spec"),
         (("s", "--seed", "x"), "'x' is no seed; it is a whole number, 0 or more"),
         (("s", "--seed=-1"), "'-1' is no seed"),
-        (("s", "--workers", "tcp://10.0.0.1:8786"), "this machine only for now; leave --workers"),
+        (
+            ("s", "--workers", "tcp://10.0.0.1:8786"),
+            "this command is one job and runs in this process; leave",
+        ),
     ],
 )
 def test_a_wrong_command_line_is_status_2(command, arguments, says):
@@ -134,7 +137,7 @@ def test_a_wrong_command_line_is_status_2(command, arguments, says):
 def test_help_names_every_option_of_the_contract(command):
     status, out, _ = command(lambda _: 0, "--help")
     assert status == 0
-    for option in ("--out", "--seed", "--resume", "--quiet", "--json", "--workers"):
+    for option in ("--out", "--seed", "--resume", "--quiet", "--json"):
         assert option in out
 
 

@@ -16,6 +16,8 @@ ROOT = PACKAGE.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
 NOT_IMPORTED = {"h5netcdf"}
 """xarray takes it by its name."""
+CLUSTER = {"dask", "distributed"}
+"""Of the extra `cluster`, imported where --workers asks for them; the second brings the first."""
 
 
 def plain(name: str) -> str:
@@ -37,7 +39,10 @@ def test_what_is_imported_is_declared_and_the_other_way_round():
     homes = importlib.metadata.packages_distributions()
     needed = {plain(homes[name][0]) for name in imported(PACKAGE)}
     declared = {plain(name) for name in PROJECT["dependencies"]}
-    assert needed == declared - NOT_IMPORTED
+    assert needed - CLUSTER == declared - NOT_IMPORTED
+    extra = PROJECT["optional-dependencies"]
+    assert {plain(name) for name in extra["cluster"]} <= CLUSTER <= needed
+    assert set(extra["cluster"]) <= set(extra["test"])
     pinned = (ROOT / "requirements.txt").read_text("utf-8")
     for name in declared:
         assert re.search(rf"(?m)^{re.escape(name)}==", pinned), name

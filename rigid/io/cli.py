@@ -29,6 +29,7 @@ class Options:
     - `spec`: name or path. - `out`: folder of the results, None for `reports/<name>/`.
     - `seed`: in place of the spec's. - `resume`, `quiet`, `as_json`: as on the command line.
     - `own_code`: whether a spec may bring code along.
+    - `workers`: number of processes, or address of a Dask scheduler; None: this process.
     """
 
     spec: str
@@ -38,6 +39,7 @@ class Options:
     quiet: bool
     as_json: bool
     own_code: bool = True
+    workers: int | str | None = None
 
     def folder(self, spec_path: Path) -> Path:
         """Folder of the results for a spec."""
@@ -52,12 +54,29 @@ class Interrupted(BaseException):
         self.number = number
 
 
-def parse(command: str, says: str, arguments: list[str] | None = None) -> Options:
+@dataclass(frozen=True)
+class Takes:
+    """What a command's line takes beside the options of all.
+
+    - `what`: the sort of its argument, as `--help` names it. - `workers`: whether it has jobs for
+      other processes or machines.
+    """
+
+    what: str = "a spec: its path, or NAME of fits/NAME.toml or a shipped one"
+    workers: bool = False
+
+
+SPEC = Takes()
+
+
+def parse(
+    command: str, says: str, arguments: list[str] | None = None, takes: Takes = SPEC
+) -> Options:
     """Read the command line; a mistake ends the program with status 2 and one message."""
     script = Path(sys.argv[0]).name in ("rigid", "rigid.exe", "__main__.py")
     prog = f"rigid {command}" if script else f"python -m rigid.{command}"
     parser = argparse.ArgumentParser(prog=prog, description=says, allow_abbrev=False)
-    parser.add_argument("spec", help="a spec: its path, or NAME of fits/NAME.toml or a shipped one")
+    parser.add_argument("spec", help=takes.what)
     parser.add_argument("--out", type=Path, help="folder of the results (reports/<name>/)")
     parser.add_argument("--seed", type=_seed, help="seed, in place of the spec's")
     parser.add_argument("--resume", action="store_true", help="go on with an interrupted run")
@@ -69,16 +88,34 @@ def parse(command: str, says: str, arguments: list[str] | None = None) -> Option
         dest="own_code",
         help="refuse a spec that runs code of its own (module:Class)",
     )
-    parser.add_argument("--workers", metavar="ADDRESS", help="a Dask scheduler; not yet taken")
+    parser.add_argument(
+        "--workers",
+        type=_workers,
+        metavar="N|ADDRESS",
+        help="worker processes to start here, or the address of a Dask scheduler"
+        if takes.workers
+        else argparse.SUPPRESS,
+    )
     parser.add_argument("--version", action="version", version=f"rigid {__version__}")
-    given = vars(parser.parse_args(arguments))
-    workers = given.pop("workers")
-    if workers is not None:
+    given = Options(**vars(parser.parse_args(arguments)))
+    if given.workers is not None and not takes.workers:
         parser.error(
-            f"--workers {workers}: this command runs on this machine only for now; "
+            f"--workers {given.workers}: this command is one job and runs in this process; "
             "leave --workers out"
         )
-    return Options(**given)
+    return given
+
+
+def _workers(text: str) -> int | str:
+    """Read a number of processes, 1 or more, or an address, host:port."""
+    if text.isdecimal() and int(text) > 0:
+        return int(text)
+    if ":" in text:
+        return text
+    raise argparse.ArgumentTypeError(
+        f"'{text}' is neither a number of processes (1 or more) nor the address of a Dask "
+        "scheduler (tcp://host:8786)"
+    )
 
 
 def _seed(text: str) -> int:
@@ -133,12 +170,13 @@ def run(
     says: str,
     body: Callable[[Options], int],
     arguments: list[str] | None = None,
+    takes: Takes = SPEC,
 ) -> int:
     """Run a command and return its exit status; failures become one message, no traceback.
 
     - `body`: does the work and returns 0 or 1. - `arguments`: None: those of the process.
     """
-    options = parse(command, says, arguments)
+    options = parse(command, says, arguments, takes)
     say(options, f"rigid {__version__}: {command} {options.spec}")
     try:
         with signals():
@@ -181,6 +219,7 @@ __all__ = [
     "InputError",
     "Interrupted",
     "Options",
+    "Takes",
     "parse",
     "progress",
     "reach",

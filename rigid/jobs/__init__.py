@@ -1,0 +1,1 @@
+"""Independent jobs, here or on the workers of a Dask scheduler."""
