@@ -45,6 +45,11 @@ def most_probable(slope: float, information: float, departures: np.ndarray) -> f
     return float(STANDARD[int(np.argmax(exponent))])
 
 
+ROUNDING = 1e-10
+"""Information along a direction of a bundle, over that along the one which records tell best, below
+which it is rounding: there records say nothing, and amplitudes stay where their prior has them."""
+
+
 class Bundle:
     """A hidden force, flow or distortion: several amplitudes of unknown common size.
 
@@ -55,8 +60,9 @@ class Bundle:
         self.columns = columns
         self._size = np.sqrt(np.maximum(np.diag(information)[columns], 1e-200))
         part = information[np.ix_(columns, columns)] / np.outer(self._size, self._size)
-        values, self._axes = np.linalg.eigh(part)
-        self._values = np.maximum(values, 0.0)
+        values, axes = np.linalg.eigh(part)
+        told = values > ROUNDING * max(float(values[-1]), 0.0)
+        self._values, self._axes = values[told], axes[:, told]
         # Variances of the amplitudes at which the expected strength is that of STRENGTHS.
         self._variances = STRENGTHS**2 / max(float(self._values.sum()), 1e-12)
 
@@ -70,8 +76,13 @@ class Bundle:
             out.append(gain - 0.5 * np.sum(np.log1p(variance * self._values)))
         return np.asarray(logsumexp(np.stack(out), axis=0) - np.log(len(out)))
 
+    @property
+    def rank(self) -> int:
+        """Number of directions in which records say something of the amplitudes."""
+        return len(self._values)
+
     def slopes(self, whitened: np.ndarray) -> np.ndarray:
-        """Slopes (..., m) of its traces from standard normal numbers (..., m)."""
+        """Slopes (..., m) of its traces from standard normal numbers (..., rank)."""
         return (whitened * np.sqrt(self._values)) @ self._axes.T * self._size
 
     def amplitudes(self, slope: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -83,7 +94,8 @@ class Bundle:
             gain = 0.5 * np.sum(shrunk * along**2) - 0.5 * np.sum(np.log1p(variance * self._values))
             weights.append(gain)
             means.append(self._axes @ (shrunk * along))
-            covariances.append((self._axes * shrunk) @ self._axes.T)
+            untold = variance * (np.eye(len(self.columns)) - self._axes @ self._axes.T)
+            covariances.append((self._axes * shrunk) @ self._axes.T + untold)
         share = np.exp(np.array(weights) - logsumexp(weights))
         mean = np.einsum("v,vm->m", share, np.array(means))
         off = np.array(means) - mean

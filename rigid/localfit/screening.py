@@ -56,7 +56,8 @@ class Screening(NamedTuple):
 
 
 LOST = 1e-13
-"""Part of a trace's information below which what the fit has not absorbed is rounding."""
+"""Part of a trace's information below which what the fit has not absorbed is rounding of readings
+that were simulated to ten digits or so."""
 ROWS = 1024
 """Samples that are multiplied at a time: most traces are 0 in most of these, and left out there."""
 
@@ -79,14 +80,22 @@ def screen(around: Around, traces: np.ndarray) -> Screening:
 
     The fit's parameters have unit normal priors. A trace of which nothing is left, or that lies
     where no sample tells, has slope and information 0. Source: Rao's score test, with nuisance
-    parameters projected out; Cox and Hinkley 1974, Theoretical Statistics, sec. 9.3.
+    parameters projected out; Cox and Hinkley 1974, Theoretical Statistics, sec. 9.3. Information is
+    a sum of squares of what is left of each sample, not a difference of large numbers: no direction
+    has less than nothing, however much of a trace the fit absorbs.
     """
-    weighted = around.design * around.bend[:, None]
+    bend = np.maximum(around.bend, 0.0)  # of heavy tails, far out, it may be less
+    weighted = around.design * bend[:, None]
     known = cho_factor(np.eye(around.design.shape[1]) + around.design.T @ weighted)
-    shared = weighted.T @ traces
-    absorbed = cho_solve(known, shared)
-    alone = gram(traces, around.bend)
-    left = alone - shared.T @ absorbed
-    seen = np.diag(left) > LOST * np.diag(alone)
-    slope = traces.T @ around.score - absorbed.T @ around.pull
-    return Screening(np.where(seen, slope, 0.0), 0.5 * (left + left.T) * np.outer(seen, seen))
+    absorbed = cho_solve(known, weighted.T @ traces)
+    alone = np.einsum("nk,n,nk->k", traces, bend, traces)
+    information = absorbed.T @ absorbed  # what the priors say against absorbing that much
+    slope = absorbed.T @ (around.design.T @ around.score - around.pull)
+    for begin in range(0, len(traces), ROWS):
+        rows = slice(begin, begin + ROWS)
+        left = traces[rows] - around.design[rows] @ absorbed
+        slope += left.T @ around.score[rows]
+        left *= np.sqrt(bend[rows, None])
+        information += left.T @ left
+    seen = np.diag(information) > LOST * alone
+    return Screening(np.where(seen, slope, 0.0), information * np.outer(seen, seen))

@@ -172,7 +172,7 @@ def best_waves(drawn: Float[np.ndarray, "draws k"], bundles: Sequence[Bundled], 
     for target, bundle in bundles:
         if target.tried > 1:
             least = _least_tail(rng, len(drawn), target.tried)
-            way = rng.standard_normal((len(drawn), len(bundle.columns)))
+            way = rng.standard_normal((len(drawn), bundle.rank))
             far = np.sqrt(chi2.isf(least, way.shape[1]))
             drawn[:, bundle.columns] = bundle.slopes(
                 way * (far / np.linalg.norm(way, axis=1))[:, None]
@@ -187,12 +187,8 @@ def _least_tail(rng: np.random.Generator, draws: int, tried: int) -> np.ndarray:
 def _root(information: np.ndarray, size: np.ndarray) -> np.ndarray:
     """A matrix R with R R' the correlation of the traces (k, k)."""
     alike = information / np.outer(size, size)
-    try:
-        # Ten times as fast; white noise of a ten-thousandth sd parts traces in each other's span.
-        return np.linalg.cholesky(alike + 1e-8 * np.eye(len(size)))
-    except np.linalg.LinAlgError:  # rounding left a direction with less than nothing
-        values, axes = np.linalg.eigh(alike)
-        return axes * np.sqrt(np.maximum(values, 0.0))
+    # White noise of a ten-thousandth sd parts traces in each other's span.
+    return np.linalg.cholesky(alike + 1e-8 * np.eye(len(size)))
 
 
 def _totals(
