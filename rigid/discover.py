@@ -13,7 +13,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def discover(options: Options) -> int:
-    """Run the workflow and write its files; returns 0, or 1 if the solver's error matters."""
+    """Run the workflow and write its files; returns 0, or 1 if it must not be used."""
     from rigid.spec.opening import open_spec
 
     spec = open_spec(options)
@@ -28,8 +28,9 @@ def discover(options: Options) -> int:
         folder, seed=options.seed, resume=options.resume, quiet=options.quiet
     )
     sys.stdout.write(found.json() if options.as_json else found.table())
-    if found.solver is not None and not found.solver.ok:
-        sys.stderr.write(f"solver: {found.solver.says}\n")
+    for check in found.result["checks"]:
+        if not check["ok"]:
+            sys.stderr.write(f"{check['name']}: {check['says']}\n")
     say(options, f"report: {folder / 'index.html'}")
     return 0 if found.usable else 1
 

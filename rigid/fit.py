@@ -61,14 +61,15 @@ def fit_published(spec: "Spec", options: Options) -> int:
     from rigid.published.run import run
     from rigid.report.published import output
     from rigid.report.published.present import content
-    from rigid.report.published.section import write_report
+    from rigid.report.published.section import KIND
+    from rigid.report.section import write_report
 
     folder = options.folder(spec.path)
     seed = spec.sampler.seed if options.seed is None else options.seed
     with locked(folder):
         found = run(spec, seed, lambda line: say(options, line))
         text = output.write(folder, spec, found, began)
-        write_report(content(spec, found), folder)
+        write_report(KIND, content(spec, found), folder)
     sys.stdout.write(text if options.as_json else output.table(found))
     for check in output.checks(found):
         if not check["ok"]:

@@ -26,10 +26,9 @@ def compare_laws(options: Options) -> int:
     folder = options.folder(spec.path)
     found = Study(spec).laws(folder, seed=options.seed, quiet=options.quiet)
     sys.stdout.write(found.json() if options.as_json else found.table())
-    if found.solver is not None and not found.solver.ok:
-        sys.stderr.write(f"solver: {found.solver.says}\n")
-    elif not found.usable:
-        sys.stderr.write(f"no law explains the records: gap {found.result['gap']:.2f}\n")
+    for check in found.result["checks"]:
+        if not check["ok"]:
+            sys.stderr.write(f"{check['name']}: {check['says']}\n")
     say(options, f"report: {folder / 'index.html'}")
     return 0 if found.usable else 1
 

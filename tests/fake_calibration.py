@@ -245,13 +245,21 @@ def calibration(**changes):
     values = {
         "title": "Calibration of the rig",
         "simulated": True,
+        "front": c.Front(
+            "What are the 7 uncertain numbers of this rig, given 4 records?",
+            c.GOOD,
+            "Usable: all 3 checks passed.",
+            answers=(c.Answer("stiffness of the load-cell end", "60.3 ± 1.2 MN/m", "", "k_{LC}"),),
+            cannot=("Friction rests on the prior at 2 to 40 Hz.",),
+            next=("Take the posterior to the field.",),
+            figure="friction",
+        ),
         "usable": True,
         "checks": (
             c.Check("r_hat", True, "largest R-hat between ensembles 1.003, allowed 1.01"),
             c.Check("ess", True, "least effective sample size 1,875, asked for 1,000"),
             c.Check("gap", True, "largest gap 1.05 (frame-2, stroke), allowed 1.3"),
         ),
-        "summary": "Stiffness and slow friction are identified; 2 to 40 Hz rests on the prior.",
         "key_numbers": key_numbers(),
         "parameters": parameters(),
         "products": (

@@ -46,7 +46,8 @@ WITHIN = {
         ("content",),
         ("sparks", "wording"),
         ("templating",),
-        ("page",),
+        ("page", "gallery", "made"),
+        ("section",),
         ("calibration", "discovery", "laws", "bands", "published"),
     ),
 }

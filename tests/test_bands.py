@@ -21,7 +21,7 @@ from rigid.inference.posterior import save_posterior
 from rigid.io.cli import Options
 from rigid.io.errors import InputError
 from rigid.physics.rig import build_rig
-from rigid.plots.illustration import Illustration
+from rigid.plots.figure import Illustration
 from rigid.report.bands.present import _thousandths
 from rigid.smoothing import kept, learning, paths
 from rigid.smoothing.budget import Line

@@ -62,8 +62,10 @@ from rigid.localfit.scatter import CAMPAIGNS, Judge, Scattered, scattered
 from rigid.localfit.trust_region import Model, moved_within, promised, solved
 from rigid.report.laws.output import as_csv, as_dict
 from rigid.report.laws.present import content, table
-from rigid.report.laws.section import section
-from rigid.spec import load_spec
+from rigid.report.laws.section import KIND
+from rigid.report.made import made as provenance
+from rigid.report.section import section
+from rigid.spec import Spec, load_spec
 
 BRANCHES = {"mu_branch[1]": 0.0, "mu_branch[2]": 0.0}
 SEVERAL = {"kappa[free-run-1,A]": 0.2, "kappa[free-run-2,A]": 0.05, "kappa[free-run-3,A]": 0.1}
@@ -500,7 +502,7 @@ def test_two_laws_compared_from_fits_to_the_page(plain):
     made = as_dict(spec, compared, further, 5)
     assert json.loads(json.dumps(made, allow_nan=False)) == made
     assert set(made["laws"][1]["parameters"]) == {"mu", "mu_branch[1]"}
-    assert "fig-laws" in section(content(spec, made)).html
+    assert "fig-laws" in page_of(spec, made)
     assert len(as_csv(made).splitlines()) == 3
 
 
@@ -621,9 +623,16 @@ def told(verdict: str, tied: tuple[str, ...] = (), usable: bool = True) -> dict:
     }
     record = {"record": "a free run like free-run-1 (cylinder A) at 3 times", "apart": 2.0}
     return {
-        "verdict": verdict, "usable": usable, "gap": 1.7, "seed": 1, "laws": list(one.values()),
+        "verdict": verdict, "usable": usable, "gap": 1.7, "seed": 1,
+        "checks": [{"name": "residuals", "ok": usable, "says": "as large as they are"}],
+        "laws": list(one.values()),
         "first": COULOMB, "tied": list(tied), "next_record": record if tied else None,
     }  # fmt: skip
+
+
+def page_of(spec: Spec, made: dict) -> str:
+    """The section, made at one moment."""
+    return section(KIND, content(spec, made, provenance(spec, 1, (), wall_s=1.0, cpu_s=1.0))).html
 
 
 def test_the_section_says_what_the_comparison_says():
@@ -635,14 +644,12 @@ def test_the_section_says_what_the_comparison_says():
         "No law explains the records": told(LAW, usable=False),
     }
     for says, made in cases.items():
-        html = section(content(spec, made)).html
+        html = page_of(spec, made)
         assert says in html
         assert says in table(made)
-        assert ('class="verdict good"' in html) == (
-            made["verdict"] != CANNOT_TELL and made["usable"]
-        )
-        assert html == section(content(spec, made)).html
-    assert "would part" in section(content(spec, told(CANNOT_TELL, (VISCOUS,)))).html
+        assert ('class="front good"' in html) == (made["verdict"] != CANNOT_TELL and made["usable"])
+        assert html == page_of(spec, made)
+    assert "would part" in page_of(spec, told(CANNOT_TELL, (VISCOUS,)))
 
 
 def test_the_table_has_a_row_a_law():

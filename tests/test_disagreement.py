@@ -6,8 +6,8 @@ from scipy.stats import binom
 
 from rigid.discovery.disagreement import ALL, Disagreement, Pool, judged, looks
 from rigid.localfit.samples import Channel
-from rigid.plots.discovery import compared_figure
 from rigid.report.discovery.compared import Compared, sentence, shown, table, told
+from rigid.report.discovery.figures.where import compared_figure
 
 SAMPLES, DRAWS, INTERVAL = 400, 300, 0.01
 TIME = INTERVAL * np.arange(SAMPLES)

@@ -29,7 +29,7 @@ from rigid.localfit.hidden_inputs import HIDDEN, AbstractHiddenInput
 from rigid.localfit.hypothesis import Hypothesis, start
 from rigid.localfit.local import expand
 from rigid.localfit.samples import lay_out
-from rigid.plots.discovery import hidden_figure
+from rigid.report.discovery.figures.hidden import hidden_figure
 
 TESTS = Path(__file__).parent
 
@@ -193,7 +193,9 @@ from rigid.discovery.signatures import hidden_signatures
 from rigid.discovery.unmodelled import SORTS
 from rigid.report.discovery import compared, output
 from rigid.report.discovery.present import Run, content
-from rigid.report.discovery.section import write_report
+from rigid.report.discovery.section import KIND
+from rigid.report.made import made as provenance
+from rigid.report.section import write_report
 from rigid.spec import load_spec
 
 problem = screening.campaign(302)
@@ -213,7 +215,8 @@ found = outcome.steps[0].explained
 spec = load_spec(Path(sys.argv[1]))
 where = compared.compared(outcome, 0)
 made = output.as_dict(spec, outcome, None) | {"disagreements": compared.told(where)}
-write_report(content(spec, outcome, made, Run(0, (), where)), Path(sys.argv[2]))
+run = Run(provenance(spec, 0, ()), (), where)
+write_report(KIND, content(spec, outcome, made, run), Path(sys.argv[2]))
 print(outcome.verdict, found.likeliest.hidden.sort, made["steps"][0]["where"]["equation"])
 """
 

@@ -8,23 +8,25 @@ import numpy as np
 import pytest
 
 from rigid.plots import metrology
-from rigid.plots.corner import corner_figure
 from rigid.plots.decimate import COLUMNS, band_points, line_points
-from rigid.plots.fits import record_figure
-from rigid.plots.friction import friction_figure
-from rigid.plots.roots import roots_figure
+from rigid.plots.figure import Drawn
 from rigid.plots.style import STAMP, tex
-from rigid.plots.traces import trace_figure
 from rigid.plots.vector import svg
+from rigid.report.calibration import figures
+from rigid.report.calibration.figures.friction import friction_figure
+from rigid.report.gallery import as_csv, modules
 
-FIGURES = {
-    "fits": lambda simulated: record_figure(fake.fits()[:3], simulated),
-    "release": lambda simulated: record_figure(fake.fits()[-1:], simulated),
-    "friction": lambda simulated: friction_figure(fake.friction(), simulated),
-    "corner": lambda simulated: corner_figure(fake.draws(), simulated),
-    "traces": lambda simulated: trace_figure([fake.trace("k", "N/m", 6e7, 1e6, 1)], simulated),
-    "roots": lambda simulated: roots_figure(fake.roots(), simulated),
-}
+MODULES = {module.__name__.rsplit(".", 1)[-1]: module for module in modules(figures)}
+FIGURES = (*MODULES, "release")
+
+
+def made(name: str, simulated: bool) -> Drawn:
+    """The first figure of a file; of a release, which has short records, as well."""
+    fits = fake.fits()[-1:] if name == "release" else fake.fits()[:3]
+    content = fake.calibration(simulated=simulated, fits=fits, traces=fake.calibration().traces[:1])
+    return next(MODULES["records" if name == "release" else name].drawn(content))
+
+
 NBSP = "\N{NO-BREAK SPACE}"
 ABSENT = "\N{EN DASH}"
 
@@ -40,7 +42,7 @@ def typed(text):
 def test_axes_that_show_numbers_name_their_unit(name):
     labels = [
         label
-        for axes in FIGURES[name](False).axes
+        for axes in made(name, False).figure.axes
         for label in (axes.get_xlabel(), axes.get_ylabel())
         if label and axes.axison
     ]
@@ -51,14 +53,14 @@ def test_axes_that_show_numbers_name_their_unit(name):
 @pytest.mark.parametrize("name", FIGURES)
 @pytest.mark.parametrize("simulated", [True, False])
 def test_stamp_is_there_exactly_where_data_are_simulated(name, simulated):
-    figure = FIGURES[name](simulated)
+    figure = made(name, simulated).figure
     assert any(text.get_text() == STAMP for text in figure.texts) == simulated
     assert (STAMP in svg(figure, "a")) == simulated
 
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_svg_is_the_same_bytes_every_time_and_fetches_nothing(name):
-    once, again = (svg(FIGURES[name](True), "fig-a") for _ in range(2))
+    once, again = (svg(made(name, True).figure, "fig-a") for _ in range(2))
     assert once == again
     assert once.startswith("<svg ")
     assert once.endswith("</svg>")
@@ -66,9 +68,27 @@ def test_svg_is_the_same_bytes_every_time_and_fetches_nothing(name):
     assert not re.search(r'(?:href|src)="(?!#)', once)
 
 
+@pytest.mark.parametrize("name", FIGURES)
+def test_every_figure_says_what_it_is_and_has_its_numbers(name):
+    drawn = made(name, False)
+    assert re.fullmatch(r"[A-Za-z0-9-]+", drawn.name)
+    assert len(drawn.caption) > 40
+    assert len(drawn.alt) > 20
+    assert "simulated" not in (drawn.caption + drawn.alt).lower()
+    rows = as_csv(drawn.numbers).splitlines()
+    assert len(rows) > 1
+    assert len(rows[0].split(",")) >= 2
+    assert any(np.issubdtype(np.asarray(c).dtype, np.number) for c in drawn.numbers.values())
+
+
+def test_columns_of_numbers_may_differ_in_length_and_hold_words():
+    columns = {"a [s]": np.array([1.0, np.nan, 1 / 3]), "b": np.array(["x, y"]), "c": [True, False]}
+    assert as_csv(columns) == 'a [s],b,c\n1,"x, y",1\n,,0\n0.333333,,\n'
+
+
 def test_two_figures_in_a_page_share_no_id():
     def ids(key):
-        text = svg(FIGURES["friction"](True), key)
+        text = svg(made("friction", True).figure, key)
         defined = re.findall(r'\bid="([^"]+)"', text)
         used = re.findall(r'(?:url\(#|href="#)([^)"]+)', text)
         assert len(defined) == len(set(defined))
@@ -82,7 +102,7 @@ def test_drawing_leaves_the_global_style_alone():
     import matplotlib
 
     before = dict(matplotlib.rcParams)
-    svg(FIGURES["release"](True), "a")
+    svg(made("release", True).figure, "a")
     assert dict(matplotlib.rcParams) == before
 
 

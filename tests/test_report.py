@@ -7,9 +7,10 @@ import fake_calibration as fake
 import pytest
 
 from rigid.report import wording
-from rigid.report.calibration.section import section, write_report
-from rigid.report.content import Check, KeyNumber, Published
+from rigid.report.calibration.section import KIND
+from rigid.report.content import Answer, Check, Front, KeyNumber, Published
 from rigid.report.page import Section, read_section, rebuild, write_section
+from rigid.report.section import section, write_report
 from rigid.report.symbols import symbol_html
 
 VOID = {"meta", "br", "link", "img", "hr", "input"}
@@ -63,7 +64,7 @@ def content():
 
 @pytest.fixture(scope="module")
 def page(content, tmp_path_factory):
-    return write_report(content, tmp_path_factory.mktemp("report")).read_text(encoding="utf-8")
+    return written(content, tmp_path_factory.mktemp("report"))
 
 
 def small(**changes):
@@ -73,12 +74,14 @@ def small(**changes):
 
 
 def written(content, folder):
-    return write_report(content, folder).read_text(encoding="utf-8")
+    return write_report(KIND, content, folder).read_text(encoding="utf-8")
 
 
 def test_the_page_is_well_formed_and_fetches_nothing(page):
     found = parsed(page)
-    assert found.fetched == []
+    # Files of the figures lie beside the page; they are there to be opened, none is fetched.
+    assert {tag for tag, _ in found.fetched} == {"a"}
+    assert all(re.match(r"figures/[\w-]+\.(svg|pdf|png|csv)$", name) for _, name in found.fetched)
     assert not re.search(r"url\((?!#)|@import", page)
     assert len(found.ids) == len(set(found.ids))
     assert set(found.targets) <= set(found.ids)
@@ -123,7 +126,9 @@ def test_whatever_the_spec_says_is_text(tmp_path):
     evil = "<script>alert(1)</script> --> \" ' & {{ 7 * 7 }}"
     content = small(
         title=evil,
-        summary=evil,
+        front=Front(
+            evil, "bad", evil, (evil,), (Answer(evil, evil, evil, evil),), (evil,), (evil,)
+        ),
         checks=(Check(evil, False, evil),),
         key_numbers=(KeyNumber(evil, evil, "N", 1.0, 0.1, 0.8, 1.2, (), evil),),
         provenance=vars_replaced(fake.provenance(), spec_text=evil, command=evil),
@@ -143,9 +148,10 @@ def test_the_spec_stands_there_verbatim(page):
 
 def test_a_failed_check_is_the_first_thing_said(tmp_path):
     checks = (Check("ess", True, "fine"), Check("r_hat", False, "1.12 where 1.01 is allowed"))
-    html = written(small(usable=False, checks=checks), tmp_path)
+    front = Front("What is it?", "bad", wording.verdict(False, checks), (checks[1].says,))
+    html = written(small(usable=False, checks=checks, front=front), tmp_path)
     assert "Not usable as it stands: r_hat failed." in html
-    assert 'class="verdict bad"' in html
+    assert 'class="front bad"' in html
     assert "Not to be quoted" in html
     assert html.index("1.12 where 1.01 is allowed") < html.index("Key numbers</h3>")
 
@@ -161,7 +167,7 @@ def test_a_failed_check_is_the_first_thing_said(tmp_path):
 )
 def test_verdicts(usable, oks, says):
     checks = tuple(Check(name, ok, "") for name, ok in zip("ab", oks, strict=False))
-    assert wording.verdict(small(usable=usable, checks=checks)) == says
+    assert wording.verdict(usable, checks) == says
 
 
 def test_readings_place_published_values():
@@ -247,4 +253,4 @@ def test_symbols(tex, html):
 
 
 def test_the_section_stands_without_a_page():
-    assert section(small()).html.count("<h3") == 7
+    assert section(KIND, small()).html.count("<h3") == 8

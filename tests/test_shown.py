@@ -26,7 +26,9 @@ from rigid.localfit.local import Local
 from rigid.localfit.next_record import Proposal
 from rigid.localfit.samples import Channel, Layout, Terms
 from rigid.localfit.screening import Around, screen
-from rigid.plots.discovery import against_figure, hidden_figure, residuals_figure
+from rigid.report.discovery.figures.against import against_figure
+from rigid.report.discovery.figures.hidden import hidden_figure
+from rigid.report.discovery.figures.residuals import residuals_figure
 from rigid.report.discovery.lead import SHOWN, lead, told_moves, would_show
 from rigid.report.discovery.present import bets
 from rigid.report.discovery.residuals import against, line_sizes, residuals

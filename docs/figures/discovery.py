@@ -5,27 +5,18 @@ python docs/figures/discovery.py campaign/calibration.toml
 """
 
 import sys
-import tempfile
 from pathlib import Path
 
-from rigid import discover
-from rigid.io.cli import Options
-from rigid.io.runtime import prepare
-from rigid.plots.discovery import against_figure
+import rigid
 from rigid.plots.vector import svg
+from rigid.report.discovery.figures.against import against_figure
 from rigid.report.discovery.residuals import against
-from rigid.spec import load_spec
 
 
 def main() -> None:
     """Write discovery.svg beside this file."""
-    prepare()
-    path = Path(sys.argv[1])
-    asked = discover.question(load_spec(path))
-    with tempfile.TemporaryDirectory() as folder:
-        given = Options(str(path), Path(folder), None, resume=False, quiet=True, as_json=False)
-        outcome = discover.answer(asked, given)
-    shown = against(outcome.steps[0])
+    found = rigid.load(sys.argv[1]).discover(quiet=True)
+    shown = against(found.outcome.steps[0]) if found.outcome.steps else None
     if shown is None:
         raise SystemExit("no effect of the catalogue was added: there is nothing to draw")
     text = svg(against_figure(shown, simulated=True), "readme-discovery")

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from rigid.inference.posterior import load_posterior
-from rigid.plots.friction import friction_figure
 from rigid.plots.shown import QUANTILES, FrictionCurve
 from rigid.plots.vector import svg
+from rigid.report.calibration.figures.friction import friction_figure
 from rigid.report.calibration.shown import heard
 from rigid.report.paper_values import FRICTION
 

@@ -11,23 +11,18 @@ from rigid.io.runtime import prepare
 def main() -> None:
     """Write paper-*.svg beside this file."""
     prepare()
-    from rigid.plots import stories as plots
     from rigid.plots.vector import svg
     from rigid.published.run import run
-    from rigid.report.published.present import shown
+    from rigid.report.gallery import drawn
+    from rigid.report.published import figures
+    from rigid.report.published.present import content
     from rigid.spec import find_spec, load_spec
 
     spec = load_spec(find_spec("paper"))
-    seen = shown(spec, run(spec, spec.sampler.seed, print))
-    figures = {
-        "evidence": plots.evidence_figure(seen),
-        "roots": plots.roots_figure(seen),
-        "release": plots.release_figure(seen),
-        "running": plots.running_figure(seen),
-    }
-    for name, figure in figures.items():
-        path = Path(__file__).with_name(f"paper-{name}.svg")
-        path.write_text(svg(figure, f"paper-{name}"), encoding="utf-8")
+    told = content(spec, run(spec, spec.sampler.seed, print))
+    for _, one in drawn(figures, told):
+        path = Path(__file__).with_name(f"paper-{one.name}.svg")
+        path.write_text(svg(one.figure, f"paper-{one.name}"), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 import argparse
 import contextlib
 import os
+import shlex
 import signal
 import sys
 import threading
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING
 
 from rigid import __version__
 from rigid.io.errors import InputError, RigidError
+from rigid.io.provenance import running
 
 if TYPE_CHECKING:
     from tqdm.auto import tqdm
@@ -179,7 +181,7 @@ def run(
     options = parse(command, says, arguments, takes)
     say(options, f"rigid {__version__}: {command} {options.spec}")
     try:
-        with signals():
+        with signals(), running(_as_typed(command, arguments)):
             status = body(options)
             sys.stdout.flush()
             return status
@@ -207,6 +209,12 @@ def run(
             f"a defect of the program: {told}; set {TRACEBACK}=1 to see where, and report it\n"
         )
         return 3
+
+
+def _as_typed(command: str, arguments: list[str] | None) -> str:
+    """The command as it stood on the command line, to be run again."""
+    given = sys.argv[1:] if arguments is None else arguments
+    return shlex.join(["python", "-m", f"rigid.{command}", *given])
 
 
 def _drop_output() -> None:

@@ -1,7 +1,12 @@
-"""What made a result: versions of the packages, commit of the checkout."""
+"""What made a result: versions of the packages, commit of the checkout, what was run."""
 
 import importlib.metadata
 import subprocess
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from rigid import __version__
@@ -24,3 +29,46 @@ def commit() -> str | None:
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     return asked.stdout.strip() or None
+
+
+@dataclass(frozen=True)
+class Invocation:
+    """What was run: the command line, or the call of the library; and since when."""
+
+    command: str
+    began: float = field(default_factory=time.monotonic)
+    began_cpu: float = field(default_factory=time.process_time)
+
+    @property
+    def wall_s(self) -> float:
+        """Time since it began [s]."""
+        return time.monotonic() - self.began
+
+    @property
+    def cpu_s(self) -> float:
+        """Processor time of this process since it began [s]."""
+        return time.process_time() - self.began_cpu
+
+
+_RUNNING: ContextVar[Invocation | None] = ContextVar("running", default=None)
+
+
+@contextmanager
+def running(command: str) -> Iterator[None]:
+    """Say what is run, for as long as the block lasts; inside another such block, that one counts.
+
+    - `command`: `python -m rigid.fit calibration --seed 3`, or a call of the library.
+    """
+    if _RUNNING.get() is not None:
+        yield
+        return
+    token = _RUNNING.set(Invocation(command))
+    try:
+        yield
+    finally:
+        _RUNNING.reset(token)
+
+
+def invocation() -> Invocation:
+    """What is being run."""
+    return _RUNNING.get() or Invocation("a program that calls rigid")

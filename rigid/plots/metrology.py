@@ -166,6 +166,18 @@ def ratio(number: Number | None, decimals: int = 2) -> str:
     return _fixed(number, decimals) if number is not None and math.isfinite(number) else ABSENT
 
 
+def chance(probability: Number | None, decimals: int = 3) -> str:
+    """A probability: "0.973"; never 0 or 1, of which no record is sure: "< 0.001", "> 0.999"."""
+    if probability is None or not math.isfinite(probability):
+        return ABSENT
+    least = 10.0**-decimals
+    if probability < 0.5 * least:
+        return f"< {_fixed(least, decimals)}"
+    if probability > 1.0 - 0.5 * least:
+        return f"> {_fixed(1.0 - least, decimals)}"
+    return _fixed(probability, decimals)
+
+
 def duration(seconds: Number | None) -> str:
     """A time as people say it: 4350 -> "1 h 12 min"."""
     if seconds is None or not math.isfinite(seconds):

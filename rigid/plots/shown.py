@@ -25,7 +25,7 @@ class ChannelFit:
     - quantity: load, stroke, pressure, acceleration or force
     - unit: of `data` and `quantiles`; an SI unit gets a prefix in the figure ("N" -> "kN")
     - quantiles: of the noiseless reading, gain and zero of the sensor included
-    - residual: one step ahead, in standard deviations of the fitted noise
+    - residual: one step ahead, over the noise on the sensor's sheet
     - valve: (time [s] from which, "open" | "shut" | "tank"), the first at the record's start;
       empty where there is none
     - gap: RMS residual over the sheet's noise; 1 is a sensor as good as its sheet
@@ -142,3 +142,26 @@ class Roots:
     undamped: Complex[np.ndarray, " roots"]
     marks: tuple[tuple[str, Complex[np.ndarray, " k"]], ...] = ()
     posterior: tuple[str, Complex[np.ndarray, " draws"]] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class HiddenShown:
+    """A hidden force, flow or distortion against what explains it best.
+
+    - `variable`, `variable_unit`, `name`, `unit`. - `place`, `mean`, `sd` (n,).
+    - `formula`: values (n,) of the simplest formula that fits, and its words.
+    - `groups`: names of the places where these are no numbers: kinds of records, quantities; then
+      the formula is what the model has there, and `model` says it.
+    """
+
+    variable: str
+    variable_unit: str
+    name: str
+    unit: str
+    place: Float[np.ndarray, " n"]
+    mean: Float[np.ndarray, " n"]
+    sd: Float[np.ndarray, " n"]
+    formula: Float[np.ndarray, " n"]
+    words: str
+    groups: tuple[str, ...] = ()
+    model: str = ""

@@ -1,4 +1,4 @@
-"""All that the section on a calibration shows, as values that can be printed and saved.
+"""What every section has, and all that the one on a calibration shows: values to print and save.
 
 SI units throughout, unless a field names a unit. None stands for "not available".
 What the figures show is defined beside the plots, in `rigid.plots.shown`.
@@ -7,15 +7,19 @@ What the figures show is defined beside the plots, in `rigid.plots.shown`.
 from dataclasses import dataclass
 
 from rigid.inference.alternatives import Alternative
+from rigid.plots.figure import Illustration
 from rigid.plots.shown import ChannelFit, Draws, FrictionCurve, Roots, Trace
 
 __all__ = [
     "Alternative",
+    "Answer",
     "CalibrationContent",
     "ChannelFit",
     "Check",
+    "Content",
     "Draws",
     "FrictionCurve",
+    "Front",
     "KeyNumber",
     "ModeRow",
     "ParameterRow",
@@ -51,6 +55,7 @@ class KeyNumber:
 
     - label: in words ("stiffness of the load-cell end"); symbol: TeX without dollar signs
     - reading: one sentence on what it means; left empty, the page compares with `published`
+    - range: of a row that stands for several numbers, "0.12 to 0.25", in place of one
     """
 
     label: str
@@ -62,6 +67,7 @@ class KeyNumber:
     q95: float
     published: tuple[Published, ...] = ()
     reading: str = ""
+    range: str = ""
 
 
 @dataclass(frozen=True)
@@ -133,53 +139,105 @@ class RecordNote:
 
 @dataclass(frozen=True)
 class Provenance:
-    """Enough to make the page again.
+    """Enough to make the section again.
 
-    - spec_name, spec_text: the spec, verbatim
-    - sha256: (file, hexadecimal digest); versions: (package, version)
-    - evaluations_per_s, ess_min, ess_min_per_s: as in result.json
+    - `command`: as it was run. - `commit`: None where the package is not run from a checkout.
+    - `spec_name`, `spec_text`: the spec, verbatim.
+    - `sha256`: (file or record, hexadecimal digest); `versions`: (package, version).
+    - `wall_s`, `cpu_s`: what the command took. - `compile_s`, `evaluations`, `failed_solves`,
+      `evaluations_per_s`, `ess_min`, `ess_min_per_s`: as in result.json.
     """
 
     version: str
     commit: str | None
     command: str
     date: str
-    seed: int
+    seed: int | None
     spec_name: str
     spec_text: str
     sha256: tuple[tuple[str, str], ...]
     versions: tuple[tuple[str, str], ...]
-    wall_s: float
-    compile_s: float | None
-    evaluations: int
-    failed_solves: int
+    wall_s: float | None = None
+    cpu_s: float | None = None
+    compile_s: float | None = None
+    evaluations: int | None = None
+    failed_solves: int | None = None
     evaluations_per_s: float | None = None
     ess_min: float | None = None
     ess_min_per_s: float | None = None
     machine: str = ""
 
 
-@dataclass(frozen=True, eq=False)
-class CalibrationContent:
-    """The section on a calibration, complete.
+@dataclass(frozen=True)
+class Answer:
+    """One of the few answers that a reader comes for.
 
-    - title: of the spec; becomes the heading of the page
-    - simulated: the page and every figure say so
-    - usable: the verdict; false as soon as a check of weight failed
-    - summary: a sentence or two below the verdict; may be empty
-    - gap: over all records; 1 is the floor
+    - `question`: what it answers, in words ("stiffness of the load-cell end").
+    - `symbol`: TeX without dollar signs; may be empty. - `value`: with its uncertainty, as printed.
+    - `says`: what it changes against what was known, in a sentence; may be empty.
+    """
+
+    question: str
+    value: str
+    says: str = ""
+    symbol: str = ""
+
+
+GOOD, RESERVE, BAD = "good", "reserve", "bad"
+
+
+@dataclass(frozen=True)
+class Front:
+    """The first screen of a section.
+
+    - `asked`: the question in a sentence.
+    - `state`: GOOD, RESERVE or BAD. - `ruling`: may it be used, or the verdict, in a sentence.
+    - `why`: the reasons, a sentence each. - `answers`.
+    - `cannot`: what these records cannot say. - `next`: what to do now, a sentence each.
+    - `figure`: name of the one figure, as `Drawn.name`; empty: none.
+    """
+
+    asked: str
+    state: str
+    ruling: str
+    why: tuple[str, ...] = ()
+    answers: tuple[Answer, ...] = ()
+    cannot: tuple[str, ...] = ()
+    next: tuple[str, ...] = ()
+    figure: str = ""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Content:
+    """What every section has.
+
+    - `title`: of the spec; becomes the heading of the page.
+    - `simulated`: the page and every figure say so.
+    - `checks`: what must hold for the result to be used.
+    - `drawn`: figures that come with the content, with the place of each.
     """
 
     title: str
     simulated: bool
+    front: Front
+    provenance: Provenance
+    checks: tuple[Check, ...] = ()
+    drawn: tuple[tuple[str, Illustration], ...] = ()
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CalibrationContent(Content):
+    """The section on a calibration, complete.
+
+    - `usable`: false as soon as a check of weight failed.
+    - `gap`: over all records; 1 is the floor.
+    """
+
     usable: bool
-    checks: tuple[Check, ...]
     key_numbers: tuple[KeyNumber, ...]
     parameters: tuple[ParameterRow, ...]
     fits: tuple[ChannelFit, ...]
     records: tuple[RecordNote, ...]
-    provenance: Provenance
-    summary: str = ""
     gap: float | None = None
     products: tuple[ProductRow, ...] = ()
     alternatives: tuple[Alternative, ...] = ()

@@ -1,6 +1,11 @@
 """Values that the paper publishes for quantities a fit reports, each with its place there."""
 
+import math
 from typing import NamedTuple
+
+import numpy as np
+
+from rigid.likelihood.problem import Problem
 
 
 class Published(NamedTuple):
@@ -20,9 +25,35 @@ BY_LABEL: dict[str, tuple[Published, ...]] = {
 }
 
 
-def published(label: str, of_the_rig: bool) -> tuple[Published, ...]:
-    """What the paper says of a parameter by its base name; nothing of other machines."""
-    return BY_LABEL.get(label, ()) if of_the_rig else ()
+CONSTANTS = ("M_HC", "M_Pl", "M_Fl", "k_oil", "L_0")
+"""Constants that make a rig the paper's, where they are centred on what it prints."""
+
+
+def of_the_paper(problem: Problem) -> bool:
+    """Whether records are of the rig of the paper: of this machine, and with its constants."""
+    listed = (*problem.parameters.sampled, *problem.parameters.known)
+    centres = {
+        p.base: float(np.ravel(p.law.from_standard(np.zeros(1)))[0])
+        for p in listed
+        if p.base in CONSTANTS
+    }
+    return problem.of_the_rig and all(
+        math.isclose(value, BY_LABEL[base][0].value, rel_tol=1e-6)
+        for base, value in centres.items()
+    )
+
+
+def published(label: str, ours: bool) -> tuple[Published, ...]:
+    """What the paper says of a parameter by its base name.
+
+    - `ours`: whether the rig is that of the paper; of others it says nothing.
+    """
+    return BY_LABEL.get(label, ()) if ours else ()
+
+
+def published_frictions(ours: bool) -> tuple[tuple[float | None, Published], ...]:
+    """What the paper says of mu, with frequencies."""
+    return FRICTION if ours else ()
 
 
 FRICTION = (

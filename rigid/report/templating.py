@@ -30,6 +30,7 @@ def environment() -> Environment:
         "unit": metrology.unit_text,
         "count": metrology.count,
         "ratio": metrology.ratio,
+        "chance": metrology.chance,
         "duration": metrology.duration,
         "symbol": symbol_html,
         "bars": interval_bars,

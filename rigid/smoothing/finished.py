@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from rigid.plots.illustration import Illustration
+from rigid.plots.figure import Illustration
 from rigid.smoothing.budget import Line
 from rigid.smoothing.events import Fall, Turn
 

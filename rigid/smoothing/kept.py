@@ -15,7 +15,7 @@ import numpy as np
 
 from rigid import __version__
 from rigid.io.files import replacing, write_text
-from rigid.plots.illustration import Illustration
+from rigid.plots.figure import Illustration
 from rigid.smoothing.budget import Line
 from rigid.smoothing.events import Fall, Turn
 from rigid.smoothing.field import Field
@@ -89,7 +89,9 @@ def load_finished(path: Path, mark: str) -> Finished | None:
             turns=tuple(Turn(**turn) for turn in given["turns"]),
             gaps=given["gaps"],
             sha256=given["sha256"],
-            figures=tuple(Illustration(**figure) for figure in given["figures"]),
+            figures=tuple(
+                Illustration(**f | {"files": tuple(f["files"])}) for f in given["figures"]
+            ),
         )
     except (OSError, ValueError, KeyError, TypeError):
         return None

@@ -14,7 +14,9 @@ from rigid.io.cli import Options, progress, reach, say
 from rigid.io.errors import InputError
 from rigid.report.bands import output
 from rigid.report.bands.present import content, finished
-from rigid.report.bands.section import write_report
+from rigid.report.bands.section import KIND
+from rigid.report.gallery import take_down
+from rigid.report.section import write_report
 from rigid.smoothing import kept, run
 from rigid.smoothing.field import Field, read_fields
 from rigid.smoothing.finished import Finished
@@ -82,11 +84,13 @@ def write_all(asked: Smoothing, folder: Path, options: Options) -> Written:
     """Make the bands of every field test and write all files."""
     if not options.resume:
         rmtree(folder / KEPT, ignore_errors=True)
+        take_down(folder, KIND.name)
     found = tuple(_written(asked, test, folder, options) for test in asked.tests)
     spec = asked.spec
     made = output.as_dict(spec.path.stem, spec.simulated, asked.seed, found)
     text = output.write_json(folder / "bands" / "bands.json", made)
-    write_report(content(spec, made, list(found), sum(law.size for law in asked.laws)), folder)
+    this = content(spec, made, list(found), sum(law.size for law in asked.laws))
+    write_report(KIND, this, folder)
     rmtree(folder / KEPT, ignore_errors=True)
     return Written(found, made, text)
 
@@ -101,8 +105,7 @@ def _written(asked: Smoothing, fields: Fields, folder: Path, options: Options) -
         return done
     found = _mixed(asked, fields, folder / KEPT, options)
     output.write_bands(folder / "bands", found)
-    done = finished(found, asked.spec.simulated)
-    output.write_figures(folder / "bands", done)
+    done = finished(found, asked.spec.simulated, folder)
     kept.save_finished(path, mark, done)
     path.with_suffix(".npz").unlink()
     return done

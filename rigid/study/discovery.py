@@ -25,10 +25,13 @@ from rigid.likelihood.effect_lookup import effects_named, marks
 from rigid.likelihood.problem import Problem
 from rigid.localfit.reference_check import against_reference
 from rigid.records.record import Record
+from rigid.report.content import Check
 from rigid.report.discovery import compared, output
 from rigid.report.discovery.present import Run, content
-from rigid.report.discovery.section import write_report
+from rigid.report.discovery.section import KIND
 from rigid.report.discovery.terminal import table
+from rigid.report.made import made
+from rigid.report.section import write_report
 from rigid.spec import Spec, parse_spec
 
 if TYPE_CHECKING:
@@ -95,8 +98,8 @@ class Discovery:
 
     @property
     def usable(self) -> bool:
-        """Whether the error of the solver does not matter."""
-        return self.solver is None or self.solver.ok
+        """Whether every check of the result holds."""
+        return self.result["usable"]
 
     @cached_property
     def result(self) -> Mapping[str, Any]:
@@ -106,7 +109,13 @@ class Discovery:
             extended = self.folder / output.SPEC_NAME
         told = output.as_dict(self._spec, self.outcome, extended)
         solver = None if self.solver is None else self.solver.values()
-        return told | {"disagreements": compared.told(self._compared), "solver": solver}
+        checks = [] if self.solver is None else [self.solver.check]
+        return told | {
+            "usable": all(one.ok for one in checks),
+            "checks": [{"name": c.name, "ok": bool(c.ok), "says": c.says} for c in checks],
+            "disagreements": compared.told(self._compared),
+            "solver": solver,
+        }
 
     def table(self) -> str:
         """What the command prints."""
@@ -123,8 +132,14 @@ class Discovery:
             text = output.extended_spec(self._spec, self.outcome, self.folder)
             write_text(self.folder / output.SPEC_NAME, text)
         write_text(self.folder / "discovery.json", self.json())
-        this = Run(self.seed, self.question.notes, self._compared, self.solver)
-        write_report(content(self._spec, self.outcome, dict(self.result), this), self.folder)
+        provenance = made(
+            self._spec,
+            self.seed,
+            [(r.path.name, r.sha256) for r in self.question.records],
+        )
+        checks = tuple(Check(**one) for one in self.result["checks"])
+        this = Run(provenance, self.question.notes, self._compared, checks)
+        write_report(KIND, content(self._spec, self.outcome, dict(self.result), this), self.folder)
 
     @property
     def _spec(self) -> Spec:

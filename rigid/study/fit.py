@@ -1,10 +1,10 @@
 """A finished fit: posterior, table, checks, figures and files."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TypeVar
+from types import ModuleType
 
 import numpy as np
 import pandas as pd
@@ -14,13 +14,15 @@ from matplotlib.figure import Figure
 from rigid.inference.calibrate import Calibrated
 from rigid.inference.posterior import data_tree
 from rigid.inference.summary import Check, Result, write_result_json, write_summary_csv
-from rigid.report.calibration import output
+from rigid.plots.figure import Drawn
+from rigid.report.calibration import figures, output
+from rigid.report.calibration.figures import corner, friction, records, roots, traces
 from rigid.report.calibration.present import content
-from rigid.report.calibration.section import write_report
+from rigid.report.calibration.section import KIND
 from rigid.report.content import CalibrationContent
+from rigid.report.gallery import modules
+from rigid.report.section import write_report
 from rigid.spec import Spec
-
-Part = TypeVar("Part")
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +83,7 @@ class Fit:
         )
         write_summary_csv(folder / "summary.csv", self.result.parameters)
         write_result_json(folder / "result.json", self.result)
-        write_report(content(self.spec, self.calibrated, self.result), folder)
+        write_report(KIND, content(self.spec, self.calibrated, self.result), folder)
 
     @cached_property
     def _groups(self) -> Mapping[str, xr.Dataset]:
@@ -94,47 +96,53 @@ class Figures:
 
     content: CalibrationContent
 
+    def names(self) -> list[str]:
+        """Return the names of all figures that this fit has, as `figure` takes them."""
+        return [one.name for one in self._drawn()]
+
+    def figure(self, name: str) -> Figure:
+        """Draw one by its name.
+
+        Raises LookupError where this fit has no such figure.
+        """
+        for one in self._drawn():
+            if one.name == name:
+                return one.figure
+        raise LookupError(f"this fit has no figure '{name}'; it has {', '.join(self.names())}")
+
     def friction(self) -> Figure:
         """Friction over frequency, with its prior and the values a paper gives."""
-        from rigid.plots.friction import friction_figure
-
-        return friction_figure(_there(self.content.friction, "friction"), self._simulated)
+        return self._one(friction)
 
     def corner(self) -> Figure:
         """Pairs of the main parameters."""
-        from rigid.plots.corner import corner_figure
-
-        return corner_figure(_there(self.content.draws, "draws to show"), self._simulated)
+        return self._one(corner)
 
     def traces(self) -> Figure:
         """Ensemble means over steps, and rank histograms."""
-        from rigid.plots.traces import trace_figure
-
-        return trace_figure(self.content.traces, self._simulated)
+        return self._one(traces)
 
     def roots(self) -> Figure:
         """Roots of the characteristic equation."""
-        from rigid.plots.roots import roots_figure
-
-        return roots_figure(_there(self.content.roots, "roots"), self._simulated)
+        return self._one(roots)
 
     def record(self, name: str, cylinder: str = "A") -> Figure:
         """One record beside what the posterior says its sensors should read."""
-        from rigid.plots.fits import record_figure
-
-        shown = [c for c in self.content.fits if (c.record, c.cylinder) == (name, cylinder)]
-        if not shown:
+        fits = tuple(c for c in self.content.fits if (c.record, c.cylinder) == (name, cylinder))
+        if not fits:
             known = dict.fromkeys(f"{c.record},{c.cylinder}" for c in self.content.fits)
             raise KeyError(f"no record {name},{cylinder}; there are {', '.join(known)}")
-        return record_figure(shown, self._simulated)
+        return next(records.drawn(replace(self.content, fits=fits))).figure
 
-    @property
-    def _simulated(self) -> bool:
-        return self.content.simulated
+    def _one(self, module: ModuleType) -> Figure:
+        """The figure of a file.
 
+        Raises LookupError where this fit has none.
+        """
+        for one in module.drawn(self.content):
+            return one.figure
+        raise LookupError(f"this fit has no {module.__name__.rsplit('.', 1)[-1]} to draw")
 
-def _there(part: Part | None, name: str) -> Part:
-    """Refuse a figure that a fit of this machine does not have."""
-    if part is None:
-        raise LookupError(f"this fit has no {name}")
-    return part
+    def _drawn(self) -> Iterator[Drawn]:
+        for module in modules(figures):
+            yield from module.drawn(self.content)

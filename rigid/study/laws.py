@@ -17,9 +17,12 @@ from rigid.io.files import write_text
 from rigid.likelihood.assemble import given_laws
 from rigid.likelihood.problem import Problem
 from rigid.localfit.reference_check import against_reference
+from rigid.records.record import Record
 from rigid.report.laws.output import as_csv, as_dict
 from rigid.report.laws.present import content, table
-from rigid.report.laws.section import write_report
+from rigid.report.laws.section import KIND
+from rigid.report.made import made as provenance
+from rigid.report.section import write_report
 from rigid.spec import Spec
 
 
@@ -27,10 +30,11 @@ from rigid.spec import Spec
 class Laws:
     """A comparison of friction models.
 
-    - `spec`; `comparison`: all that was worked out; `seed`.
+    - `spec`; `records`: as read; `comparison`: all that was worked out; `seed`.
     """
 
     spec: Spec
+    records: tuple[Record, ...]
     comparison: Comparison
     seed: int
 
@@ -63,16 +67,20 @@ class Laws:
         made = dict(self.result)
         write_text(folder / "laws.json", self.json())
         write_text(folder / "laws.csv", as_csv(made))
-        write_report(content(self.spec, made), folder)
+        read = [(r.path.name, r.sha256) for r in self.records]
+        this = content(self.spec, made, provenance(self.spec, self.seed, read))
+        write_report(KIND, this, folder)
 
 
-def compare_laws(spec: Spec, problem: Problem, seed: int, options: Options) -> Laws:
+def compare_laws(
+    spec: Spec, records: tuple[Record, ...], problem: Problem, seed: int, options: Options
+) -> Laws:
     """Fit every friction model and compare them.
 
-    - `problem`: of the spec without friction. - `options`: whether progress is told.
+    - `problem`: of spec and records, without friction. - `options`: whether progress is told.
     """
     fitted = fit_laws(
         problem, laws(spec, problem), given_laws(spec), seed, lambda text: say(options, text)
     )
     say(options, "comparing")
-    return Laws(spec, compare(fitted, seed), seed)
+    return Laws(spec, records, compare(fitted, seed), seed)

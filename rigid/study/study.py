@@ -19,6 +19,7 @@ from rigid.inference.calibrate import calibrate
 from rigid.io.cli import Options
 from rigid.io.errors import InputError
 from rigid.io.files import locked
+from rigid.io.provenance import running
 from rigid.likelihood.assemble import assemble
 from rigid.likelihood.problem import Problem
 from rigid.records.read import read_records
@@ -115,7 +116,7 @@ class Study:
         began = time.monotonic()
         options = self._options(out, seed, resume, quiet)
         problem = self.problem  # what is wrong with records shows before a folder is made
-        with _folder(options) as folder:
+        with self._running("fit"), _folder(options) as folder:
             done = calibrate(self.spec, self.records, problem, options, folder)
             found = Fit(self.spec, done, time.monotonic() - began)
             if out is not None:
@@ -154,9 +155,10 @@ class Study:
 
         Raises InputError where the spec names no posterior, or one that is of another rig.
         """
+        options = self._options(out, seed, resume, quiet)
         asked = smoothing(self.spec, self._seed(seed))
-        with _folder(self._options(out, seed, resume, quiet)) as folder:
-            return write_all(asked, folder, self._options(out, seed, resume, quiet))
+        with self._running("write_bands"), _folder(options) as folder:
+            return write_all(asked, folder, options)
 
     @cached_property
     def question(self) -> Question:
@@ -176,7 +178,7 @@ class Study:
     ) -> Discovery:
         """Find where model and records disagree, name the missing effect and add it."""
         options, asked = self._options(out, seed, resume, quiet), self.question
-        with contextlib.nullcontext() if out is None else locked(out):
+        with self._running("discover"), _held(out):
             found = answer(asked, self._seed(seed), options)
             if out is not None:
                 found.write()
@@ -188,8 +190,8 @@ class Study:
         """Compare the friction models."""
         options = self._options(out, seed, False, quiet)
         problem = assemble(without_friction(self.spec), self.records)
-        with contextlib.nullcontext() if out is None else locked(out):
-            found = compare_laws(self.spec, problem, self._seed(seed), options)
+        with self._running("laws"), _held(out):
+            found = compare_laws(self.spec, self.records, problem, self._seed(seed), options)
             if out is not None:
                 found.write(Path(out))
         return found
@@ -204,6 +206,10 @@ class Study:
             return Checked(self.spec, (), None)
         return Checked(self.spec, self.records, self.problem)
 
+    def _running(self, method: str) -> contextlib.AbstractContextManager[None]:
+        """Say for the report which method was called, unless a command says what it is."""
+        return running(f"rigid.load({self.spec.path.name!r}).{method}(...)")
+
     def _seed(self, given: int | None) -> int:
         return self.spec.sampler.seed if given is None else given
 
@@ -212,6 +218,11 @@ class Study:
     ) -> Options:
         where = None if out is None else Path(out)
         return Options(str(self.spec.path), where, seed, resume, quiet, as_json=False)
+
+
+def _held(out: Path | str | None) -> contextlib.AbstractContextManager[None]:
+    """Hold a folder, where there is one."""
+    return contextlib.nullcontext() if out is None else locked(out)
 
 
 @contextlib.contextmanager

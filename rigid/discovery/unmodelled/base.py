@@ -12,7 +12,7 @@ from rigid.discovery.fitted import Fitted
 from rigid.discovery.unmodelled.formula import simplest
 from rigid.localfit.hidden_inputs import Abscissa
 from rigid.localfit.local import Local
-from rigid.plots.discovery import HiddenShown
+from rigid.plots.shown import HiddenShown
 
 
 class About(NamedTuple):

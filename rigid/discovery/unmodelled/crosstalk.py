@@ -19,7 +19,7 @@ from rigid.discovery.unmodelled.sensors import distorted
 from rigid.localfit.hidden_inputs import Abscissa
 from rigid.localfit.samples import Channel
 from rigid.physics.sensors import UNITS
-from rigid.plots.discovery import HiddenShown
+from rigid.plots.shown import HiddenShown
 
 
 @dataclasses.dataclass(frozen=True)

@@ -19,7 +19,7 @@ from rigid.effects import AbstractEffect
 from rigid.effects.base import PLUNGER
 from rigid.likelihood.parameters import Parameter
 from rigid.localfit.hidden_inputs import Abscissa
-from rigid.plots.discovery import HiddenShown
+from rigid.plots.shown import HiddenShown
 
 EQUATIONS = {
     "M_HC": "cylinder-momentum",

@@ -14,7 +14,7 @@ from jaxtyping import Float
 
 from rigid.discovery.fitted import Fitted
 from rigid.discovery.unmodelled.base import About, AbstractHidden, Bumps, Inferred, none, together
-from rigid.plots.discovery import HiddenShown
+from rigid.plots.shown import HiddenShown
 
 
 class Form(NamedTuple):

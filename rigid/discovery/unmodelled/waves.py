@@ -22,7 +22,7 @@ from rigid.localfit.hidden_inputs import STROKE
 from rigid.localfit.local import Local
 from rigid.localfit.samples import Channel
 from rigid.localfit.signature import reads
-from rigid.plots.discovery import HiddenShown
+from rigid.plots.shown import HiddenShown
 
 FREELY = {"slow", "free"}
 """Traits of the records long enough for waves; in a frame a plunger hardly moves."""

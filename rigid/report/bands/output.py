@@ -98,12 +98,6 @@ def _record(found: Finished) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def write_figures(folder: Path, found: Finished) -> None:
-    """Write each figure of a test as `<record>.svg`, `<record>-drops.svg`."""
-    for name, figure in zip((found.name, f"{found.name}-drops"), found.figures, strict=False):
-        write_text(folder / f"{name}.svg", figure.drawing + "\n")
-
-
 def write_json(path: Path, content: dict[str, Any]) -> str:
     """Write the JSON and return it."""
     text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"

@@ -1,17 +1,21 @@
 """From bands to what their section of the page shows."""
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from rigid import __version__
-from rigid.plots.bands import Banded, FieldShown
-from rigid.plots.metrology import significant
+from rigid.plots.metrology import median_and_interval, significant
+from rigid.report import made as provenance
+from rigid.report import wording
+from rigid.report.bands import figures
 from rigid.report.bands.output import unit
-from rigid.report.bands.section import BandsContent, BudgetRow, FieldContent, illustrations
-from rigid.report.content import Check
-from rigid.smoothing.budget import PARTS
+from rigid.report.bands.section import KIND, BandsContent, BudgetRow, FieldContent
+from rigid.report.bands.shown import Banded, FieldShown
+from rigid.report.content import BAD, GOOD, Answer, Check, Front
+from rigid.report.gallery import hang
+from rigid.smoothing.budget import PARTS, Line
 from rigid.smoothing.events import Fall, Turn, falls, turns
 from rigid.smoothing.finished import Finished
 from rigid.smoothing.model import QUANTITIES
@@ -19,12 +23,26 @@ from rigid.smoothing.run import Bands
 from rigid.spec import Spec
 from rigid.spec.values import BandsSpec
 
+LED = ("peak load", "load at failure", "displacement at peak")
+"""Numbers of the budget that stand on the first screen."""
 
-def finished(found: Bands, simulated: bool) -> Finished:
-    """Draw the figures of a test and keep what is told of it; its series are let go."""
+NEXT = {
+    "residuals": "Run `rigid discover` on the calibration: what is missing from the rig goes into "
+    "the load.",
+    "posterior": "Mend the calibration first: `rigid fit` says which check failed and what to do.",
+}
+"""What to do when a check fails, by its name."""
+
+
+def finished(found: Bands, simulated: bool, folder: Path) -> Finished:
+    """Draw the figures of a test and keep what is told of it; its series are let go.
+
+    - `folder`: of the page; the figures' files are written to `figures/` in it.
+    """
     pairs = list(zip(found.test.fields, found.test.learned, strict=True))
     dropped = tuple(fall for f, one in pairs for fall in falls(f, one))
     moved = tuple(turn for f, one in pairs for turn in turns(f, one))
+    seen = shown(found, simulated, dropped, moved)
     return Finished(
         name=found.name,
         cylinders=tuple(f.cylinder for f in found.test.fields),
@@ -37,7 +55,7 @@ def finished(found: Bands, simulated: bool) -> Finished:
             for quantity, gap in zip(QUANTITIES, one.gap, strict=True)
         },
         sha256={f.label: f.sha256 for f in found.test.fields},
-        figures=tuple(illustrations(shown(found, dropped, moved), simulated)),
+        figures=tuple(one for _, one in reversed(hang(figures, seen, KIND.name, folder))),
     )
 
 
@@ -46,20 +64,66 @@ def content(
 ) -> BandsContent:
     """Gather the section; `made` is what goes to JSON."""
     assert spec.bands is not None  # the command has asked for it
+    checks = tuple(Check(**c) for c in made["checks"])
     return BandsContent(
         title=spec.title or spec.path.stem,
         simulated=spec.simulated,
-        usable=made["usable"],
-        checks=tuple(Check(**c) for c in made["checks"]),
+        front=front(made["usable"], checks, found),
+        provenance=provenance.made(spec, made["seed"], made["sha256"].items()),
+        checks=checks,
+        drawn=tuple(
+            (f"record-{number}", one)
+            for number, test in enumerate(found, start=1)
+            for one in test.figures
+        ),
         heads=PARTS,
         records=tuple(_record(one) for one in found),
         draws=draws,
         laws=len(spec.bands.sources),
         posterior=_posteriors(spec.bands),
-        command=f"python -m rigid.bands {spec.path.stem}",
-        version=__version__,
-        seed=made["seed"],
     )
+
+
+def front(usable: bool, checks: Sequence[Check], found: Sequence[Finished]) -> Front:
+    """Question, peak loads, whether they may be used, what to do."""
+    failed = [one for one in checks if not one.ok]
+    return Front(
+        asked="What load did the ice carry, and how far did the plate move?",
+        state=GOOD if usable else BAD,
+        ruling=wording.verdict(usable, checks),
+        why=tuple(f"{one.name}: {one.says}" for one in failed),
+        answers=tuple(answer for one in found for answer in answers(one)),
+        cannot=(
+            "The load between samples: an event shorter than the interval of the records shows in "
+            "none of them.",
+        ),
+        next=tuple(NEXT.get(one.name, f"See the check `{one.name}`.") for one in failed),
+        figure=found[0].figures[0].key.removeprefix(f"fig-{KIND.name}-") if found else "",
+    )
+
+
+def answers(found: Finished) -> tuple[Answer, ...]:
+    """Peak load, load at failure and displacement of a test as a whole, largest part named."""
+    place = found.budget[-1].place if found.budget else ""
+    return tuple(
+        Answer(
+            f"{line.name}, record {found.name}"
+            + ("" if line.place == "total" else f", cylinder {line.place}"),
+            median_and_interval((line.q05, line.median, line.q95), line.unit),
+            _most(line),
+        )
+        for line in found.budget
+        if line.place == place and line.name in LED
+    )
+
+
+def _most(line: Line) -> str:
+    """The largest part of a number's uncertainty."""
+    parts = [(value, name) for value, name in zip(line.parts, PARTS, strict=True) if value]
+    if not parts:
+        return ""
+    value, name = max(parts)
+    return f"most of its uncertainty: {name}, {significant(value, line.unit, 2)} (1 sd)"
 
 
 def _posteriors(named: BandsSpec) -> str:
@@ -71,16 +135,11 @@ def _posteriors(named: BandsSpec) -> str:
 
 def _record(found: Finished) -> FieldContent:
     rows = tuple(BudgetRow(**vars(line)) for line in found.budget)
-    drawn = (
-        (f"bands/{found.name}.svg", "the whole test"),
-        (f"bands/{found.name}-drops.svg", "its greatest drops"),
-    )
     files = (
-        *drawn[: len(found.figures)],
         (f"bands/{found.name}.csv", "median and quantiles over time"),
         (f"bands/{found.name}-parts.csv", "standard deviations over time by their cause"),
     )
-    return FieldContent(found.name, found.figures, rows, _events(found), files)
+    return FieldContent(found.name, rows, _events(found), files)
 
 
 def _events(found: Finished) -> tuple[str, ...]:
@@ -106,7 +165,9 @@ def _thousandths(kappa: float) -> str:
     return f"{round(kappa, 3) + 0.0:.3f}"
 
 
-def shown(found: Bands, dropped: Sequence[Fall], moved: Sequence[Turn]) -> FieldShown:
+def shown(
+    found: Bands, simulated: bool, dropped: Sequence[Fall], moved: Sequence[Turn]
+) -> FieldShown:
     """What the figures of a record show."""
 
     def banded(*names: str) -> tuple[Banded, ...]:
@@ -135,6 +196,7 @@ def shown(found: Bands, dropped: Sequence[Fall], moved: Sequence[Turn]) -> Field
         parts=tuple(zip(PARTS, found.bands[f"load_{loads[-1].place}"].parts, strict=True)),
         falls=tuple(instants),
         turns=tuple((turn.cylinder, turn.time) for turn in moved),
+        simulated=simulated,
     )
 
 

@@ -1,48 +1,54 @@
 """From a calibration to what its page shows; all numbers are worked out here or before."""
 
-import datetime
-import os
-import platform
-import sys
+import dataclasses
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from rigid import __version__
 from rigid.inference.alternatives import alternatives
 from rigid.inference.calibrate import Calibrated
 from rigid.inference.derived import values_of
 from rigid.inference.summary import Result
-from rigid.io.provenance import commit, versions
 from rigid.likelihood.parameters import Parameter
+from rigid.plots.metrology import significant
 from rigid.report import content as page
+from rigid.report.calibration.front import front
 from rigid.report.calibration.output import friction_at
 from rigid.report.calibration.shown import channel_fit, corner, friction_curve, roots_shown, traces
-from rigid.report.paper_values import FRICTION, KAPPA, Published, published
+from rigid.report.made import made
+from rigid.report.paper_values import (
+    KAPPA,
+    Published,
+    of_the_paper,
+    published,
+    published_frictions,
+)
 from rigid.spec import Spec
 
-FAST_FLOW = 6.645 + 4.965  # l/min; eq. (22) far below p_max
 PAPER_KAPPA = " and ".join(f"{k.value:g} ({k.place.split(', ', 2)[2]})" for k in KAPPA)
 
 
 def content(spec: Spec, done: Calibrated, found: Result) -> page.CalibrationContent:
     """Gather all that the section on a calibration shows."""
+    checks = tuple(page.Check(c.name, c.ok, c.says) for c in found.checks)
+    numbers, choices = key_numbers(spec, done), alternatives(spec, done)
+    rows, curve = parameter_rows(done, found), friction_curve(done)
     return page.CalibrationContent(
         title=spec.title or spec.path.stem,
         simulated=spec.simulated,
+        front=front(done, checks, numbers, choices, curve),
+        provenance=provenance(spec, done, found),
+        checks=checks,
         usable=found.usable,
-        checks=tuple(page.Check(c.name, c.ok, c.says) for c in found.checks),
-        key_numbers=key_numbers(spec, done),
-        parameters=parameter_rows(done, found),
+        key_numbers=numbers,
+        parameters=rows,
         fits=tuple(channel_fit(done, c) for c in done.shown),
         records=record_notes(done),
-        provenance=provenance(spec, done, found),
-        summary=summary(done),
         gap=found.gap.overall,
         products=products(done),
-        alternatives=alternatives(spec, done),
+        alternatives=choices,
         modes=mode_rows(done),
-        friction=friction_curve(done),
+        friction=curve,
         draws=corner(done),
         traces=traces(done),
         roots=roots_shown(done),
@@ -69,7 +75,7 @@ def _key(
 
 
 def _published(done: Calibrated, label: str) -> tuple[page.Published, ...]:
-    printed = published(label, done.problem.of_the_rig)
+    printed = published(label, of_the_paper(done.problem))
     return tuple(page.Published(p.value, p.place) for p in printed)
 
 
@@ -98,33 +104,72 @@ def _of_the_rig(done: Calibrated) -> tuple[page.KeyNumber, ...]:
         for p in sampled
         if p.base == "k_LC"
     ]
-    out += frictions(friction_at(done))
-    reading = f"a valve setting of this record's own; the paper gives {PAPER_KAPPA}"
-    out += [
-        _key(f"flow fraction, {p.label[6:-1]}", r"\kappa", "-", done.values[p.label], (), reading)
-        for p in sampled
-        if p.base == "kappa"
-    ]
+    ours = of_the_paper(done.problem)
+    out += frictions(friction_at(done), published_frictions(ours))
+    out += flow_fractions({
+        p.label: done.values[p.label] for p in sampled if p.base in ("kappa", "kappa_tank")
+    }, ours)  # fmt: skip
     return tuple(out)
 
 
-def frictions(found: Mapping[str, np.ndarray]) -> list[page.KeyNumber]:
+def flow_fractions(found: Mapping[str, np.ndarray], ours: bool) -> list[page.KeyNumber]:
+    """Flow fractions of all valve settings, a row for those open and one for those to the tank.
+
+    - `found`: draws by label, `kappa[free-run-2,A]`, `kappa_tank[frame-1,A,2]`. - `ours`: whether
+      the rig is that of the paper.
+    """
+    out = []
+    own = "each record's own valve setting" + (f"; the paper gives {PAPER_KAPPA}" if ours else "")
+    for base, worded in (("kappa", "valve open"), ("kappa_tank", "valve to the tank")):
+        listed = {k: v for k, v in found.items() if k.split("[")[0] == base}
+        if not listed:
+            continue
+        ends = [_quantiles(values) for values in listed.values()]
+        middle = np.array([m for _, m, _ in ends])
+        number = _key(
+            f"flow fraction, {worded}", r"\kappa", "-", next(iter(listed.values())), (), own
+        )  # fmt: skip
+        if len(listed) > 1:
+            low, high = significant(float(middle.min()), "-"), significant(float(middle.max()), "-")
+            number = dataclasses.replace(
+                number,
+                label=f"flow fractions, {worded} ({len(listed)} settings)",
+                q05=min(low for low, _, _ in ends),
+                q95=max(high for _, _, high in ends),
+                range=f"{low} to {high}",
+                reading=f"{number.reading}; all of them stand under Parameters",
+            )
+        out.append(number)
+    return out
+
+
+def frictions(
+    found: Mapping[str, np.ndarray], printed: Sequence[tuple[float | None, Published]]
+) -> list[page.KeyNumber]:
     """Friction at both ends of what is on record; once where it is the same at all frequencies.
 
     - `found`: draws of |mu| [N s/m] by label, of every view the slow one first, as `friction_at`
-      gives them.
+      gives them. - `printed`: what the paper says of mu, the first of the fast one.
     """
-    listed, out = iter(found.items()), []
-    for (label, slow), (_, fast) in zip(listed, listed, strict=True):
-        view = label[7:-1].partition(",")[2]
+    views: dict[str, list[tuple[float, np.ndarray]]] = {}
+    for label, values in found.items():
+        frequency, _, view = label[7:-1].partition(",")
+        views.setdefault(view, []).append((float(frequency.removesuffix(" Hz")), values))
+    out = []
+    for view, listed in views.items():
         said = f" ({view})" if view else ""
+        (_, slow), (hertz, fast) = min(listed, key=_frequency), max(listed, key=_frequency)
         if np.allclose(slow, fast, rtol=1e-9, atol=0.0):
-            out.append(_friction(f"friction, whatever the frequency{said}", r"\mu", slow, FRICTION))
+            out.append(_friction(f"friction, whatever the frequency{said}", r"\mu", slow, printed))
             continue
-        steady, rapid = f"friction in steady running{said}", f"friction at 80 Hz{said}"
-        out.append(_friction(steady, r"\mu(0)", slow, FRICTION[1:]))
-        out.append(_friction(rapid, r"|\mu(80\,\mathrm{Hz})|", fast, FRICTION[:1]))
+        out.append(_friction(f"friction in steady running{said}", r"\mu(0)", slow, printed[1:]))
+        symbol = rf"|\mu({hertz:g}\,\mathrm{{Hz}})|"
+        out.append(_friction(f"friction at {hertz:g} Hz{said}", symbol, fast, printed[:1]))
     return out
+
+
+def _frequency(one: tuple[float, np.ndarray]) -> float:
+    return one[0]
 
 
 def _friction(
@@ -177,11 +222,6 @@ def products(done: Calibrated) -> tuple[page.ProductRow, ...]:
     ratio = done.values["k_oil"] / done.values["L_0"]
     why = "only k_oil/(L_0 + x) enters (eq. 21): the parts keep much of their priors"
     out = [_product("k_oil / L_0", r"k_\mathrm{oil}/L_0", "Pa/m", ratio, why)]
-    why = "only flow fraction times pump curve enters; q is that of eq. (22)"
-    for p in done.problem.parameters.sampled:
-        if p.base == "kappa":
-            flow = done.values[p.label] * FAST_FLOW
-            out.append(_product(f"kappa q, {p.label[6:-1]}", r"\kappa q", "l/min", flow, why))
     return tuple(out)
 
 
@@ -206,27 +246,13 @@ def mode_rows(done: Calibrated) -> tuple[page.ModeRow, ...]:
     )  # fmt: skip
 
 
-def summary(done: Calibrated) -> str:
-    """One or two sentences below the verdict."""
-    p = done.problem.parameters
-    told = f"{p.size} parameters from {len(done.records)} records"
-    modes = len(done.found.optima)
-    return f"{told}; the posterior has {modes} mode{'s' if modes > 1 else ''}."
-
-
 def provenance(spec: Spec, done: Calibrated, found: Result) -> page.Provenance:
     """Enough to make the page again."""
     cost = found.cost.values()
-    return page.Provenance(
-        version=__version__,
-        commit=commit(),
-        command="python -m rigid.fit " + " ".join(sys.argv[1:]),
-        date=datetime.datetime.now(datetime.UTC).date().isoformat(),
-        seed=done.seed,
-        spec_name=spec.path.stem,
-        spec_text=spec.text,
-        sha256=tuple((r.path.name, r.sha256) for r in done.records),
-        versions=tuple(versions().items()),
+    return made(
+        spec,
+        done.seed,
+        [(r.path.name, r.sha256) for r in done.records],
         wall_s=float(cost["wall_s"]),
         compile_s=float(cost["compile_s"]),
         evaluations=int(cost["evaluations"]),
@@ -234,5 +260,4 @@ def provenance(spec: Spec, done: Calibrated, found: Result) -> page.Provenance:
         evaluations_per_s=cost["evaluations_per_s"],
         ess_min=cost["ess_min"],
         ess_min_per_s=cost["ess_min_per_s"],
-        machine=f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}",
     )

@@ -9,7 +9,12 @@ from rigid.inference.friction_curve import FREQUENCIES
 from rigid.physics.characteristic import PUBLISHED_RIG, TwoMassRig, dimensionless, roots
 from rigid.physics.sensors import UNITS
 from rigid.plots import shown
-from rigid.report.paper_values import FRICTION, published
+from rigid.report.paper_values import (
+    FRICTION,
+    of_the_paper,
+    published,
+    published_frictions,
+)
 
 NARROWER = 0.5
 """A stretch of mu(omega) counts as informed where the 90 % band of log |mu| is below this part of
@@ -62,7 +67,8 @@ def friction_curve(done: Calibrated) -> shown.FrictionCurve | None:
         )
     }
     informed = heard(quantiles["magnitude"], quantiles["prior_magnitude"])
-    printed = tuple((f, p.value, p.place) for f, p in FRICTION)
+    ours = of_the_paper(done.problem)
+    printed = tuple((f, p.value, p.place) for f, p in published_frictions(ours))
     return shown.FrictionCurve(
         frequency=FREQUENCIES, **quantiles, informed=informed,
         excited=excited(done.shown),
@@ -90,7 +96,8 @@ def corner(done: Calibrated) -> shown.Draws | None:
         return None
     flat = np.stack([done.values[p.label].ravel() for p in chosen])
     every = max(1, flat.shape[1] // CORNER_DRAWS)
-    printed = [published(p.base, rig) for p in chosen]
+    ours = of_the_paper(done.problem)
+    printed = [published(p.base, ours) for p in chosen]
     marks = tuple(values[0].value if values else None for values in printed)
     symbols = tuple(
         p.symbol if not p.label.endswith("]") else p.symbol.replace("_i", "_" + p.label[-2])
@@ -125,9 +132,9 @@ def traces(done: Calibrated) -> tuple[shown.Trace, ...]:
 def roots_shown(done: Calibrated) -> shown.Roots | None:
     """Roots of eq. (14) as Fig. 4 has them, with those of the posterior at the release's mu.
 
-    None where no record is of the rig.
+    None where no record is of the paper's rig.
     """
-    if not done.frictions:
+    if not done.frictions or not of_the_paper(done.problem):
         return None
     paths = np.stack(
         [_roots(PUBLISHED_RIG, float(mu)) for mu in np.linspace(0.0, MOST_MU, ROOT_STEPS)], 1

@@ -16,7 +16,7 @@ from rigid.discovery.disagreement import (
 from rigid.discovery.workflow import Outcome
 from rigid.physics import sensors
 from rigid.plots import metrology
-from rigid.plots.discovery import ComparedShown
+from rigid.report.discovery.shown import ComparedShown
 
 SURE, TOLD = 0.05, 10
 """P-value below which a disagreement is one, and how many are told."""

@@ -12,6 +12,7 @@ from rigid.report.discovery.output import added_labels, alternatives, quoted
 from rigid.report.discovery.section import Moved
 from rigid.report.discovery.words import called, introduced, meanings
 
+NEXT = "What next?"
 TOLD_MOVES = 3
 SHOWN = 5.0
 """Strength at which an effect is told to have shown."""
@@ -55,7 +56,7 @@ def lead(outcome: Outcome, extended: str | None) -> tuple[tuple[str, tuple[str, 
         ("What is it?", tuple(map(_what, outcome.steps))),
         ("How sure?", tuple(map(_sure, outcome.steps))),
         ("What changed?", changed),
-        ("What next?", (_next(outcome.steps, extended),)),
+        (NEXT, (_next(outcome.steps, extended),)),
     )
 
 

@@ -4,7 +4,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigid import __version__
 from rigid.discovery.weighing.explain import (
     NOTHING,
     PRIOR_NOTHING,
@@ -14,11 +13,20 @@ from rigid.discovery.weighing.explain import (
 )
 from rigid.discovery.weighing.odds import MIMICS
 from rigid.discovery.workflow import Judged, Outcome, Step
-from rigid.inference.reference_check import SolverCheck
 from rigid.localfit.leave_one_out import gap
-from rigid.report.content import Check
+from rigid.report.content import BAD, GOOD, RESERVE, Answer, Check, Front, Provenance
 from rigid.report.discovery.compared import Compared, sentence, shown, table
-from rigid.report.discovery.lead import SHOWN, chance, lead, moves, ruling, share, would_show
+from rigid.report.discovery.lead import (
+    NEXT,
+    SHOWN,
+    chance,
+    lead,
+    moves,
+    ruling,
+    share,
+    would_show,
+)
+from rigid.report.discovery.output import alternatives
 from rigid.report.discovery.residuals import against, residuals
 from rigid.report.discovery.section import DiscoveryContent, StepContent
 from rigid.report.discovery.words import introduced, meanings
@@ -31,14 +39,14 @@ LEAST_APART = 0.8
 class Run(NamedTuple):
     """What goes with a run of the model against records.
 
-    - `seed`. - `notes`: what was dropped on reading. - `compared`: where it disagrees with them.
-    - `solver`: the fit with all that was added, solved again by diffrax.
+    - `provenance`. - `notes`: what was dropped on reading. - `compared`: where it disagrees with
+      them. - `checks`: what must hold for the result to be used.
     """
 
-    seed: int
+    provenance: Provenance
     notes: tuple[str, ...]
     compared: Compared
-    solver: SolverCheck | None = None
+    checks: tuple[Check, ...] = ()
 
 
 def content(spec: Spec, outcome: Outcome, made: dict[str, Any], run: Run) -> DiscoveryContent:
@@ -49,9 +57,9 @@ def content(spec: Spec, outcome: Outcome, made: dict[str, Any], run: Run) -> Dis
     return DiscoveryContent(
         title=spec.title or spec.path.stem,
         simulated=spec.simulated,
-        verdict=outcome.verdict,
-        ruling=ruling(outcome),
-        lead=lead(outcome, next((one["spec"] for one in made["steps"] if one["spec"]), None)),
+        front=front(outcome, made, run),
+        provenance=run.provenance,
+        checks=run.checks,
         steps=tuple(
             _step(number, step, told, outcome)
             for number, (step, told) in enumerate(
@@ -63,7 +71,6 @@ def content(spec: Spec, outcome: Outcome, made: dict[str, Any], run: Run) -> Dis
         bets=bets(),
         ending=_ending(outcome),
         notes=run.notes,
-        solver=None if run.solver is None else Check("solver", run.solver.ok, run.solver.says),
         names=names,
         cosines=cosines,
         pairs=_pairs(names, cosines),
@@ -71,10 +78,43 @@ def content(spec: Spec, outcome: Outcome, made: dict[str, Any], run: Run) -> Dis
             (one["effect"], one["why"], from_on[one["effect"]]) for one in made["rejected"]
         ),
         shown=SHOWN,
-        command=f"python -m rigid.discover {spec.path.stem}",
-        version=__version__,
-        seed=run.seed,
     )
+
+
+def front(outcome: Outcome, made: dict[str, Any], run: Run) -> Front:
+    """Question, verdict, answers, what disagrees with the verdict, what to do."""
+    failed = [one for one in run.checks if not one.ok]
+    spec = next((one["spec"] for one in made["steps"] if one["spec"]), None)
+    told = dict(lead(outcome, spec))
+    settled = outcome.verdict in ("nothing-missing", "named")
+    return Front(
+        asked="Is an effect missing from the model of these records, and which?",
+        state=BAD if failed else GOOD if settled else RESERVE,
+        ruling=ruling(outcome),
+        why=(*(one.says for one in failed), sentence(run.compared)),
+        answers=tuple(
+            Answer(question, " ".join(paragraphs))
+            for question, paragraphs in told.items()
+            if question != NEXT
+        ),
+        cannot=cannot(outcome),
+        next=told.get(NEXT, ()),
+        figure="against-1" if outcome.steps and outcome.steps[0].chosen else "where",
+    )
+
+
+def cannot(outcome: Outcome) -> tuple[str, ...]:
+    """What the records cannot say."""
+    weak = (
+        "Effects too weak for these records: the last table says from what size on each would have "
+        "shown."
+    )
+    either = [
+        f"Whether it is {' or '.join([step.chosen, *(a['effect'] for a in alternatives(step))])}."
+        for step in outcome.steps
+        if step.chosen and alternatives(step)
+    ]
+    return (*either, weak)
 
 
 def told_apart(found: Explained) -> tuple[tuple[str, ...], np.ndarray]:

@@ -28,11 +28,13 @@ def as_dict(
 ) -> dict[str, Any]:
     """What goes to laws.json; log evidences and densities are differences to the first law."""
     left_over = gap(found.first.local)
+    listed = checks(left_over, found.first.law.words, solver)
     return {
         "schema": SCHEMA,
         "spec": spec.path.name,
         "simulated": spec.simulated,
-        "usable": bool(left_over <= MOST_GAP) and (solver is None or solver.ok),
+        "usable": all(one["ok"] for one in listed),
+        "checks": listed,
         "verdict": found.verdict,
         "law": found.first.law.name if found.verdict != CANNOT_TELL else None,
         "first": found.first.law.name,
@@ -45,6 +47,18 @@ def as_dict(
         "solver": None if solver is None else solver.values() | {"says": solver.says},
         "seed": seed,
     }
+
+
+def checks(left_over: float, law: str, solver: SolverCheck | None) -> list[dict[str, Any]]:
+    """What must hold for the comparison to be used: name, whether it does, what was found."""
+    said = (
+        f"the best law, {law}, leaves residuals of {left_over:.2f} times what the sensors' sheets "
+        f"say (limit {MOST_GAP})"
+    )
+    listed = [{"name": "residuals", "ok": bool(left_over <= MOST_GAP), "says": said}]
+    if solver is not None:
+        listed.append({"name": "solver", "ok": bool(solver.ok), "says": solver.says})
+    return listed
 
 
 def _law(one: Standing, found: Comparison) -> dict[str, Any]:

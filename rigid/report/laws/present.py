@@ -4,24 +4,33 @@ from typing import Any
 
 import numpy as np
 
-from rigid import __version__
 from rigid.discovery.weighing.verdict import PARTED
 from rigid.friction.comparison import CANNOT_TELL, DECIDED, MOST_APART, TIED
 from rigid.localfit.scatter import CAMPAIGNS
-from rigid.plots.laws import LawShown
-from rigid.report.laws.section import LawsContent
+from rigid.plots import metrology
+from rigid.report.content import BAD, GOOD, RESERVE, Answer, Check, Front, Provenance
+from rigid.report.laws.section import LawsContent, LawShown
 from rigid.report.usability import MOST_GAP
 from rigid.spec import Spec
 
+LEAST_TOLD = 0.01
+"""Probability from which on a model stands on the first screen."""
 
-def content(spec: Spec, made: dict[str, Any]) -> LawsContent:
+TO_DO = (
+    "No friction model mends what is wrong: run `rigid discover` on this spec, which looks for "
+    "other effects and says where model and records disagree."
+)
+
+
+def content(spec: Spec, made: dict[str, Any], provenance: Provenance) -> LawsContent:
     """Gather the section; `made` is what goes to laws.json."""
     laws = made["laws"]
     return LawsContent(
         title=spec.title or spec.path.stem,
         simulated=spec.simulated,
-        settled=made["usable"] and made["verdict"] != CANNOT_TELL,
-        ruling=ruling(made),
+        front=front(made),
+        provenance=provenance,
+        checks=tuple(Check(**one) for one in made["checks"]),
         notes=notes(made),
         laws=tuple(
             (
@@ -46,9 +55,34 @@ def content(spec: Spec, made: dict[str, Any]) -> LawsContent:
         ),
         shown=tuple(_shown(one) for one in laws),
         records=tuple(one["record"] for one in laws[0]["records"]),
-        command=f"python -m rigid.laws {spec.path.stem}",
-        version=__version__,
-        seed=made["seed"],
+    )
+
+
+def front(made: dict[str, Any]) -> Front:
+    """Question, verdict, answers, what these records cannot say, what to do."""
+    settled = made["usable"] and made["verdict"] != CANNOT_TELL
+    laws = made["laws"]
+    record = made["next_record"]
+    return Front(
+        asked=f"Which of {len(laws)} friction models do the records speak for?",
+        state=GOOD if settled else BAD if not made["usable"] else RESERVE,
+        ruling=ruling(made),
+        why=tuple(c["says"] for c in made["checks"] if not c["ok"]),
+        answers=tuple(
+            Answer(
+                one["words"],
+                f"probability {metrology.chance(one['probability'])}",
+                "tied with the first on left-out records" if one["tied"] else "",
+            )
+            for one in laws
+            if one["probability"] > LEAST_TOLD or one["tied"]
+        ),
+        cannot=() if made["verdict"] != CANNOT_TELL else (f"Tell {_names(made)} apart.",),
+        next=(
+            *(() if made["usable"] else (TO_DO,)),
+            *(() if record is None else (f"Take {record['record']}.",)),
+        ),
+        figure="evidence",
     )
 
 

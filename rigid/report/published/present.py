@@ -1,18 +1,21 @@
 """From findings to what the page and the figures show."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from rigid import __version__
 from rigid.physics.characteristic import PUBLISHED_RIG, dimensionless, roots
-from rigid.plots.stories import CauseShown, StoriesShown, StoryShown
-from rigid.published.catalogue import AREA, CAUSES, TRANSFER
+from rigid.published.catalogue import AREA, CAUSES, STORIES, TRANSFER
 from rigid.published.quantities import running_speed
 from rigid.published.run import TIME, Findings, Told
 from rigid.published.running import common_given, sliding_force
 from rigid.published.story import PRIOR_SETS
-from rigid.report.content import Check
+from rigid.report import wording
+from rigid.report.content import BAD, GOOD, Check, Front
+from rigid.report.made import made
 from rigid.report.published.output import REFERENCE, checks, factors
 from rigid.report.published.section import PrintedRow, StoriesContent, StoryRow
+from rigid.report.published.shown import CauseShown, StoriesShown, StoryShown
 from rigid.report.published.tables import cause_needs, in_short, needs, tables
 from rigid.spec import Printed, Spec
 
@@ -49,19 +52,37 @@ def content(spec: Spec, found: Findings) -> StoriesContent:
     causes = tuple(
         StoryRow(c.title, c.assumes, cause_needs(i, told), c.decides) for i, c in enumerate(CAUSES)
     )
+    listed = tuple(Check(c["name"], c["ok"], c["says"]) for c in checks(found))
     return StoriesContent(
         title=spec.title or spec.path.stem,
-        usable=found.usable,
-        checks=tuple(Check(c["name"], c["ok"], c["says"]) for c in checks(found)),
+        simulated=False,
+        front=front(spec, found, listed),
+        provenance=made(spec, found.seed, ()),
+        checks=listed,
         says=in_short(found, spec),
         printed=tuple(_printed(name, spec) for name in PRINTED_NAMES),
         stories=stories,
         causes=causes,
         tables=tables(found),
         shown=shown(spec, found),
-        command=f"python -m rigid.fit {spec.path.stem}",
-        version=__version__,
-        seed=found.seed,
+    )
+
+
+def front(spec: Spec, found: Findings, listed: Sequence[Check]) -> Front:
+    """Question, answers, whether they may be used."""
+    return Front(
+        asked=f"What do {len(PRINTED_NAMES)} printed numbers allow, and which of "
+        f"{len(STORIES)} stories do they favour?",
+        state=GOOD if found.usable else BAD,
+        ruling=wording.verdict(found.usable, listed),
+        why=in_short(found, spec),
+        cannot=(
+            "Six printed numbers and as many stories more: what follows is mostly prior. Read the "
+            "Bayes factors under both priors, and the assumption that each story rests on.",
+            "Nothing on this page was measured for it, and nothing is simulated data; numbers of "
+            "the paper stand with their place.",
+        ),
+        figure="evidence",
     )
 
 

@@ -2,17 +2,42 @@
 
 import logging
 import warnings
+from collections.abc import Iterator
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from rigid.plots import metrology
+from rigid.plots.figure import Drawn
 from rigid.plots.shown import Draws
 from rigid.plots.style import BLUE, PAGE_WIDTH, VERMILION, house_style, stamp, tex
+from rigid.report.content import CalibrationContent
+
+PLACE = "parameters"
 
 # Shares of the draws inside the contours, as in the other figures.
 _INSIDE = (0.5, 0.9)
 _BINS = 28
+
+
+def drawn(content: CalibrationContent) -> Iterator[Drawn]:
+    """The figure, where there are draws to show."""
+    draws = content.draws
+    if draws is None:
+        return
+    marked = any(mark is not None for mark in draws.marks)
+    printed = " Red lines: values that the paper prints, where they fall inside." if marked else ""
+    yield Drawn(
+        "corner",
+        corner_figure(draws, content.simulated),
+        f"Every pair of the main parameters. Contours hold 50 and 90 % of the draws.{printed} A "
+        "slanted or curved contour is a trade-off that the records do not settle.",
+        "Joint posterior of pairs of the main parameters",
+        {
+            f"{symbol} [{unit}]": row
+            for symbol, unit, row in zip(draws.symbols, draws.units, draws.values, strict=True)
+        },
+    )
 
 
 def corner_figure(draws: Draws, simulated: bool) -> Figure:

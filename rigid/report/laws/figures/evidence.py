@@ -1,30 +1,44 @@
 """Laws of friction side by side: evidence of each, and what each left-out record says."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 
 import numpy as np
-from jaxtyping import Float
 from matplotlib.figure import Figure
 
+from rigid.plots.figure import Columns, Drawn
 from rigid.plots.style import BLUE, GREY, VERMILION, house_style, new_figure, panel_title
+from rigid.report.laws.section import LawsContent, LawShown
+
+PLACE = "odds"
 
 LINEAR_TO = 4.0
 """Nats up to which the scale is linear; beyond it is logarithmic."""
 
 
-@dataclass(frozen=True, eq=False)
-class LawShown:
-    """One law against the first.
+def drawn(content: LawsContent) -> Iterator[Drawn]:
+    """The figure."""
+    yield Drawn(
+        "evidence",
+        laws_figure(content.shown, content.records, content.simulated),
+        "Friction models against the first. Above: evidence, with the priors as stated and "
+        "otherwise. Below: what each record says when all others predict it, with the error that "
+        "simulated campaigns give.",
+        "Evidence of every friction model, and differences record by record",
+        numbers(content),
+    )
 
-    - `name`. - `evidence` (variants,): difference of log evidence, priors as stated first.
-    - `difference`, `error` (records,): of the log predictive density of each left-out record.
-    """
 
-    name: str
-    evidence: Float[np.ndarray, " variants"]
-    difference: Float[np.ndarray, " records"]
-    error: Float[np.ndarray, " records"]
+def numbers(content: LawsContent) -> Columns:
+    """Evidence of every model under every prior, then differences by record."""
+    shown = content.shown
+    columns = {"model": np.array([one.name for one in shown])}
+    for number, prior in enumerate(content.priors):
+        columns[f"ln evidence, {prior}"] = np.array([one.evidence[number] for one in shown])
+    columns["left-out record"] = np.array(content.records)
+    for one in shown[1:]:
+        columns[f"ln density, {one.name}"] = one.difference
+        columns[f"error, {one.name}"] = one.error
+    return columns
 
 
 def laws_figure(shown: Sequence[LawShown], records: Sequence[str], simulated: bool) -> Figure:

@@ -1,6 +1,6 @@
 """Have the ensembles found the same place: their means over the steps, and their ranks."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -8,11 +8,40 @@ from matplotlib.figure import Figure
 
 from rigid.plots import metrology
 from rigid.plots.decimate import line_points
+from rigid.plots.figure import Columns, Drawn
 from rigid.plots.shown import Trace
 from rigid.plots.style import ENSEMBLES, GREY, PALE, house_style, new_figure, tex
+from rigid.report.content import CalibrationContent
+
+PLACE = "convergence"
 
 _COLUMNS = 2
 _ROW_HEIGHT = 1.55
+
+
+def drawn(content: CalibrationContent) -> Iterator[Drawn]:
+    """The figure, where there are traces."""
+    if not content.traces:
+        return
+    yield Drawn(
+        "traces",
+        trace_figure(content.traces, content.simulated),
+        "One colour an ensemble. Left of each pair: mean over the walkers at each step; grey: "
+        "discarded, and cut off where far away. Right: where the draws of each ensemble rank among "
+        "all draws; ensembles that sample the same posterior lie around the dashed line.",
+        "Means of the ensembles over steps, and rank histograms by ensemble",
+        numbers(content.traces),
+    )
+
+
+def numbers(traces: Sequence[Trace]) -> Columns:
+    """Means by step and counts by rank, of every ensemble."""
+    columns: dict[str, np.ndarray] = {"step": traces[0].step}
+    for trace in traces:
+        for number, (means, ranks) in enumerate(zip(trace.means, trace.ranks, strict=True), 1):
+            columns[f"{trace.symbol} mean of ensemble {number} [{trace.unit}]"] = means
+            columns[f"{trace.symbol} draws by rank of ensemble {number}"] = ranks
+    return columns
 
 
 def trace_figure(traces: Sequence[Trace], simulated: bool) -> Figure:

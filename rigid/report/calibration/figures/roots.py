@@ -1,16 +1,51 @@
 """Roots of equation (14) in the complex plane, as in Fig. 4 of the paper."""
 
+from collections.abc import Iterator
+
 import numpy as np
 from jaxtyping import Complex
 from matplotlib.figure import Figure
 
+from rigid.plots.figure import Columns, Drawn
 from rigid.plots.shown import Roots
 from rigid.plots.style import BLUE, GREY, INK, ORANGE, PURPLE, VERMILION, house_style, new_figure
+from rigid.report.content import CalibrationContent
+
+PLACE = "friction"
 
 _MARKS = (("s", VERMILION), ("D", PURPLE), ("^", ORANGE), ("v", INK))
 _HEIGHT = 4.2
 # Roots far up the imaginary axis would flatten the rest; the paper leaves them out as well.
 _HIGHEST = 3.0
+
+
+def drawn(content: CalibrationContent) -> Iterator[Drawn]:
+    """The figure, where a record is of the rig."""
+    roots = content.roots
+    if roots is None:
+        return
+    yield Drawn(
+        "roots",
+        roots_figure(roots, content.simulated),
+        "Roots of equation (14) in the complex plane, as in Fig. 4 of the paper: grey paths as the "
+        "damping grows, circles without damping, marks at the values of the friction coefficient "
+        "named. A root on the imaginary axis does not oscillate.",
+        "Roots of the characteristic equation in the complex plane",
+        numbers(roots),
+    )
+
+
+def numbers(roots: Roots) -> Columns:
+    """Real and imaginary parts of all that is drawn."""
+    listed = {"undamped": roots.undamped} | dict(roots.marks)
+    if roots.posterior is not None:
+        listed["posterior"] = roots.posterior[1]
+    listed |= {f"path {i}": path for i, path in enumerate(_followed(roots.paths), start=1)}
+    return {
+        f"{part} y, {name} [1]": take(values)
+        for name, values in listed.items()
+        for part, take in (("Re", np.real), ("Im", np.imag))
+    }
 
 
 def roots_figure(roots: Roots, simulated: bool) -> Figure:

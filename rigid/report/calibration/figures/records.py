@@ -1,6 +1,7 @@
 """One record: what each sensor read, what the posterior says it read, and what is left over."""
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,8 +11,12 @@ from matplotlib.patches import Patch
 
 from rigid.plots import metrology
 from rigid.plots.decimate import band_points, line_points
-from rigid.plots.shown import ChannelFit
+from rigid.plots.figure import Columns, Drawn
+from rigid.plots.shown import QUANTILES, ChannelFit
 from rigid.plots.style import BLUE, GREY, INK, PALE, VALVE, house_style, new_figure
+from rigid.report.content import CalibrationContent
+
+PLACE = "fit"
 
 _HEIGHT = 3.6
 _READING = "#9aa5b1"
@@ -20,6 +25,37 @@ _POSITIONS = {"open": "valve open", "shut": "valve shut", "tank": "valve to tank
 _DOTS_UP_TO = 300
 # A valve position narrower than this share of the record is left to the legend.
 _ROOM_FOR_A_WORD = 0.12
+
+
+def drawn(content: CalibrationContent) -> Iterator[Drawn]:
+    """One figure a record and cylinder, in the order of the content."""
+    groups: dict[tuple[str, str], list[ChannelFit]] = {}
+    for channel in content.fits:
+        groups.setdefault((channel.record, channel.cylinder), []).append(channel)
+    for (record, cylinder), channels in groups.items():
+        quantities = ", ".join(channel.quantity for channel in channels)
+        yield Drawn(
+            re.sub(r"[^A-Za-z0-9]+", "-", f"record-{record}-{cylinder}"),
+            record_figure(channels, content.simulated),
+            f"Record {record}, cylinder {cylinder} ({channels[0].kind}). Above: readings and what "
+            "the posterior says the sensors should read. Bands hold 50 and 90 % of the "
+            "posterior. Below: residual one step ahead, divided by the noise on the sensor's "
+            "sheet; grey: ± 2.",
+            f"Readings, posterior prediction and residuals of {quantities}, record {record}",
+            numbers(channels),
+        )
+
+
+def numbers(channels: Sequence[ChannelFit]) -> Columns:
+    """Every sample that was read, not only those that are drawn."""
+    columns: dict[str, np.ndarray] = {}
+    for one in channels:
+        columns[f"{one.quantity} time [s]"] = one.time
+        columns[f"{one.quantity} [{one.unit}]"] = one.data
+        for level, row in zip(QUANTILES, one.quantiles, strict=True):
+            columns[f"{one.quantity} {level} % [{one.unit}]"] = row
+        columns[f"{one.quantity} residual over sheet [1]"] = one.residual
+    return columns
 
 
 def record_figure(channels: Sequence[ChannelFit], simulated: bool) -> Figure:
@@ -83,7 +119,7 @@ def _residual_strip(axes: Axes, channel: ChannelFit, time_factor: float) -> None
     axes.set_ylim(-reach, reach)
     if reach < 8:
         axes.set_yticks((-2, 0, 2))
-    axes.set_ylabel("residual [sd]")
+    axes.set_ylabel("residual\n/ sheet [1]")
 
 
 def _valve_bar(axes: Axes, channel: ChannelFit, time_factor: float) -> None:
@@ -118,6 +154,6 @@ def _legend(channels: Sequence[ChannelFit]) -> list[Line2D | Patch]:
         Line2D([], [], color=BLUE, label="posterior median"),
         Patch(color=BLUE, alpha=0.5, linewidth=0, label="50 %"),
         Patch(color=BLUE, alpha=0.22, linewidth=0, label="90 %"),
-        Patch(color=PALE, alpha=0.45, linewidth=0, label="± 2 sd"),
+        Patch(color=PALE, alpha=0.45, linewidth=0, label="± 2"),
         *(Patch(color=VALVE[p], linewidth=0, label=_POSITIONS[p]) for p in positions),
     ]

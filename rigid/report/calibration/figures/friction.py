@@ -1,5 +1,7 @@
 """Friction over frequency, and how much of it the records have a say in."""
 
+from collections.abc import Iterator
+
 import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
@@ -7,12 +9,56 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from rigid.plots.shown import FrictionCurve
+from rigid.plots.figure import Columns, Drawn
+from rigid.plots.shown import QUANTILES, FrictionCurve
 from rigid.plots.style import BLUE, GREEN, GREY, VERMILION, house_style, new_figure, panel_title
+from rigid.report.content import CalibrationContent
+
+PLACE = "friction"
 
 _HEIGHT = 5.0
 _LOWEST, _HIGHEST = 1e-2, 1e3
 _MARKERS = "osD^vP*X"
+
+
+def drawn(content: CalibrationContent) -> Iterator[Drawn]:
+    """The figure, where the rig has friction to show."""
+    curve = content.friction
+    if curve is None:
+        return
+    printed = " Red marks: values that the paper prints." if curve.published else ""
+    yield Drawn(
+        "friction",
+        friction_figure(curve, content.simulated),
+        "Friction coefficient over frequency. Bands hold 50 and 90 % of the posterior. Dashed: "
+        "90 % of the prior. Hatched: the records say nothing there, the band is the prior's. Bars "
+        f"below: frequencies that the records excite.{printed}",
+        "Magnitude, dissipative and storage part of the friction coefficient from 0.01 to 1000 Hz",
+        numbers(curve),
+    )
+
+
+def numbers(curve: FrictionCurve) -> Columns:
+    """Quantiles over frequency, and the printed values."""
+    parts = {
+        "abs mu": (curve.magnitude, "N s/m"),
+        "Re mu": (curve.dissipative, "N s/m"),
+        "k_omega": (curve.storage, "N/m"),
+        "prior abs mu": (curve.prior_magnitude, "N s/m"),
+    }
+    columns = {"frequency [Hz]": curve.frequency, "informed": curve.informed}
+    for name, (quantiles, unit) in parts.items():
+        columns |= {
+            f"{name} {q} % [{unit}]": row for q, row in zip(QUANTILES, quantiles, strict=True)
+        }
+    if curve.published:
+        frequency, value, place = zip(*curve.published, strict=True)
+        columns["printed at [Hz]"] = np.array(
+            ["steady" if f is None else f"{f:g}" for f in frequency]
+        )
+        columns["printed abs mu [N s/m]"] = np.array(value)
+        columns["printed in"] = np.array(place)
+    return columns
 
 
 def friction_figure(curve: FrictionCurve, simulated: bool) -> Figure:

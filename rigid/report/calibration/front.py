@@ -1,0 +1,116 @@
+"""The first screen of the section on a calibration."""
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+
+from rigid.inference.alternatives import Alternative
+from rigid.inference.calibrate import Calibrated
+from rigid.plots.metrology import median_and_interval, significant
+from rigid.plots.shown import FrictionCurve
+from rigid.report import wording
+from rigid.report.content import BAD, GOOD, Answer, Check, Front, KeyNumber
+
+MOST_ANSWERS = 7
+SILENT = 0.1
+"""Share of its prior that a parameter has to lose for the records to have spoken of it."""
+
+NEXT = {
+    "residuals": "Run `rigid discover` on this spec: it says where records and model disagree and "
+    "which effect is missing. The worst record is named in the check; leave it out (`fit = false`) "
+    "to see whether it alone is at fault.",
+    "converged": "Run again with --resume and a larger `max_steps` in [sampler]; more starts help "
+    "where the ensembles are in different modes.",
+    "starts": "Raise `starts` in [sampler]: the best optimum was found too rarely to be trusted.",
+    "mode weights": "The weights of the modes are not reliable: take a record that tells the modes "
+    "apart, or narrow the prior that admits them.",
+    "solver": "The fast solver's error matters here: let the spec take the reference solver.",
+}
+"""What to do when a check fails, by its name."""
+
+
+def front(
+    done: Calibrated,
+    checks: Sequence[Check],
+    numbers: Sequence[KeyNumber],
+    choices: Sequence[Alternative],
+    curve: FrictionCurve | None,
+) -> Front:
+    """Question, answers, whether they may be used, what the records cannot say, what to do."""
+    failed = [check for check in checks if not check.ok]
+    usable = not failed
+    parameters = done.problem.parameters
+    return Front(
+        asked=f"What are the {parameters.size} uncertain numbers of this rig, given "
+        f"{len(done.records)} records?",
+        state=GOOD if usable else BAD,
+        ruling=wording.verdict(usable, checks),
+        why=tuple(f"{one.name}: {one.says}" for one in failed) or passed(checks),
+        answers=tuple(answer(one, choices) for one in numbers[:MOST_ANSWERS]),
+        cannot=(*silent(done), *unheard(curve), *unsettled(choices)),
+        next=tuple(NEXT.get(one.name, f"See the check `{one.name}`.") for one in failed)
+        or ("Use posterior.nc: `rigid bands` and `rigid discover` take it from here.",),
+        figure="friction" if curve is not None else "corner",
+    )
+
+
+def passed(checks: Sequence[Check]) -> tuple[str, ...]:
+    """The checks that say most, where all passed."""
+    return tuple(f"{one.name}: {one.says}" for one in checks if one.name in ("residuals",))
+
+
+def answer(number: KeyNumber, choices: Sequence[Alternative]) -> Answer:
+    """A key number with its uncertainty, and beside it what another choice makes of it."""
+    said = wording.reading(number)
+    others = [
+        f"{median_and_interval((c.q05, c.median, c.q95), c.unit)} if {c.label} (eq. 15)"
+        for c in choices
+        if not c.used and c.symbol == number.symbol
+    ]
+    if others:
+        said = " ".join([said, f"No record settles the frame: {'; '.join(others)}."]).strip()
+    value = wording.main_form(number)
+    if "±" not in value and not number.range:
+        value = median_and_interval((number.q05, number.median, number.q95), number.unit)
+    return Answer(number.label, value, said, number.symbol)
+
+
+def silent(done: Calibrated) -> tuple[str, ...]:
+    """Parameters of which the records say nothing, in one sentence."""
+    z = done.draws.z.reshape(-1, done.draws.z.shape[-1])
+    kept = 1.0 - z.std(axis=0)
+    bases = [
+        p.base
+        for p, share in zip(done.problem.parameters.sampled, kept, strict=True)
+        if share < SILENT
+    ]
+    if not bases:
+        return ()
+    names = ", ".join(dict.fromkeys(bases))
+    return (f"Nothing is learned of {names}: these keep their priors.",)
+
+
+def unheard(curve: FrictionCurve | None) -> tuple[str, ...]:
+    """Frequencies at which friction is the prior's."""
+    if curve is None or bool(np.all(curve.informed)):
+        return ()
+    if not np.any(curve.informed):
+        return ("Friction is the prior's at every frequency.",)
+    edges = np.flatnonzero(np.diff(curve.informed.astype(int)))
+    bounds = [0, *(edges + 1), len(curve.frequency)]
+    stretches = [
+        f"{significant(float(curve.frequency[first]), 'Hz', 2)} to "
+        f"{significant(float(curve.frequency[last - 1]), 'Hz', 2)}"
+        for first, last in itertools.pairwise(bounds)
+        if not curve.informed[first]
+    ]
+    return (f"Friction rests on the prior at {' and '.join(stretches)}.",)
+
+
+def unsettled(choices: Sequence[Alternative]) -> tuple[str, ...]:
+    """Choices that no record settles."""
+    return tuple(
+        f"Whether {question} are {' or '.join(dict.fromkeys(c.label for c in choices))}."
+        for question in dict.fromkeys(c.question for c in choices)
+    )
