@@ -84,12 +84,13 @@ def track(label: str, kind: str, samples: int, **more) -> Track:
         "drive": None,
         "onset": None if slow else 16,
         "first": 0.0,
+        "size": samples,
     } | more
     return Track(label=label, name=name, kind=kind, cylinder=cylinder, samples=samples, **given)
 
 
 def drive(samples: int, switches: tuple[float, ...], levels: tuple[int, ...]) -> Drive:
-    return Drive(0.0, 0.01, samples, switches, levels)
+    return Drive(0.0, 0.01, samples, switches, levels, size=samples)
 
 
 def converted(reading, sheet: SensorSheet, rng) -> np.ndarray:

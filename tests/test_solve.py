@@ -10,7 +10,7 @@ from scipy.linalg import expm
 from rigid.likelihood.channels import fitted
 from rigid.physics.rig import Surroundings
 from rigid.solve import full, slow
-from rigid.solve.drive import STRIDE, plan
+from rigid.solve.drive import STRIDE, require_apart
 from rigid.solve.release import ring
 from rigid.solve.rest import rest_under
 from rigid.solve.step_matrices import jacobian, step_matrix
@@ -208,4 +208,4 @@ def test_a_switch_counts_from_its_own_instant():
 
 def test_two_switches_within_a_sample_are_refused():
     with pytest.raises(ValueError, match="within one sampling interval"):
-        plan((drive(50, (0.101, 0.106), (0, 1, 0)),))
+        require_apart(drive(50, (0.101, 0.106), (0, 1, 0)))

@@ -2,10 +2,14 @@
 
 from pathlib import Path
 
+import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
 import pytest
+from rigs import BASE, NOMINAL, effects
 
 from rigid.io.errors import InputError
+from rigid.likelihood.groups import SlowGroup
 from rigid.likelihood.tracks import MOST_SWITCHES, QUIET_LEAD, ROUND_TO, Series, make_track
 from rigid.records.record import Channel, Record
 from rigid.spec import Known, Stretch
@@ -61,7 +65,7 @@ def test_valve_programme_becomes_levels():
     )
     stroke = np.linspace(0.0, 0.04, 401)
     track, _ = make_track(record("frame", "stroke", stroke, valve=valve))
-    assert track.drive.switches == (101.0, 102.0, 102.5, 103.0)
+    assert tuple(track.drive.switches) == (101.0, 102.0, 102.5, 103.0)
     assert track.drive.levels == (1, 0, 2, 1, 3)
     assert track.open_levels == (1, 2, 3)
 
@@ -131,3 +135,26 @@ def test_series_are_padded_and_cut():
     np.testing.assert_array_equal(series.cut(3, 4).data["load"], [4, 5, 0, 0])
     assert series.has("load")
     assert not series.has("stroke")
+
+
+def test_records_that_differ_in_length_and_valve_times_share_a_program():
+    """One trace for both where sizes are kept; with grids as long as the records there are two."""
+    traces = []
+
+    @eqx.filter_jit
+    def predicted(group, values):
+        traces.append(group.samples)
+        return group.predict(values)["load"]
+
+    def group(samples: int, switch: float, exact: bool) -> SlowGroup:
+        valve = (Stretch(until=switch, position="open"), Stretch(position="shut"))
+        track, _ = make_track(record("frame", "load", np.zeros(samples), valve=valve))
+        return SlowGroup((track.on_grid(samples) if exact else track,), effects(BASE))
+
+    values = {k: jnp.asarray([v]) for k, v in (NOMINAL | {"kappa[one,A]": 0.2}).items()}
+    for exact, most in ((True, 2), (False, 1)):
+        one, other = group(66, 100.302, exact), group(75, 100.205, exact)
+        loads = [np.asarray(predicted(g, values))[:, 0, 0] for g in (one, other)]
+        assert len(traces) == most
+        traces.clear()
+        assert loads[0][60] > 1.2 * loads[1][60]  # open for longer

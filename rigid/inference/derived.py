@@ -114,7 +114,7 @@ def channels(found: Found, z: np.ndarray, seed: int) -> list[Channel]:
 def _channel(found: Found, piece: Piece, i: int, reading: np.ndarray, noise: tuple) -> Channel:
     """Make one channel; row 0 of `reading` (draws, samples) is the best fit."""
     track = found.problem.groups[piece.group].tracks[piece.tracks[i]]
-    n, step = track.samples, piece.sheet.step
+    n, step = int(track.samples), piece.sheet.step
     data, read = np.asarray(piece.data)[:n, i], np.asarray(piece.weight)[:n, i] > 0
     reading = reading[:, :n]
     sigma, rng = noise

@@ -34,8 +34,8 @@ class AbstractGroup(eqx.Module):
 
     @property
     def samples(self) -> int:
-        """Samples of the longest track."""
-        return max(t.samples for t in self.tracks)
+        """Samples of the grid, which is that of the longest track."""
+        return max(t.size for t in self.tracks)
 
     @abstractmethod
     def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
@@ -105,7 +105,7 @@ class ReleaseGroup(AbstractGroup):
         preload = jnp.stack([values[f"preload[{t.label}]"] for t in self.tracks])
         delay = jnp.stack([t.onset_time - values[f"release_time[{t.label}]"] for t in self.tracks])
         onsets = [t.onset for t in self.tracks if t.onset is not None]
-        longest = max(t.samples - o for t, o in zip(self.tracks, onsets, strict=True))
+        longest = max(t.size - o for t, o in zip(self.tracks, onsets, strict=True))
         ring = release.ring if rig.steady else staggered.ring
         if self.tolerance is not None:
             ring = partial(full.ring, tolerance=self.tolerance)
@@ -198,5 +198,7 @@ class Grouping:
         for key in keys:
             members = tuple(t for t in tracks if self.key(t) == key)
             kind = GROUPS[members[0].of.solver]
-            groups.append(kind(members, self.acting(members[0]), self.tolerance))
+            size = max(t.size for t in members)
+            same = tuple(t.on_grid(size) for t in members)
+            groups.append(kind(same, self.acting(members[0]), self.tolerance))
         return tuple(groups)

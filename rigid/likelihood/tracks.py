@@ -15,7 +15,7 @@ from rigid.kinds import KINDS, RecordKind, require_kind
 from rigid.kinds.base import Solver
 from rigid.likelihood.motion import lay
 from rigid.records.record import Record
-from rigid.solve.drive import Drive
+from rigid.solve.drive import Drive, require_apart, roomy
 from rigid.solve.inverse import Along
 
 JUMP_FRACTION = 0.2
@@ -85,7 +85,8 @@ class Track(eqx.Module):
     """One cylinder in one record, without what was read.
 
     - `label`: "record,cylinder"; `name`, `kind`, `cylinder`.
-    - `interval` [s], `samples`: the grid; `first` [s]: time of its first sample.
+    - `interval` [s], `samples`: of the record; `size`: samples of the grid that it is simulated on;
+      `first` [s]: time of its first sample.
     - `drive`: of a slow record.
     - `onset`: of a release, the index of the first sample after it; `onset_time` [s].
     - `along`: of a motion, what was measured of it.
@@ -96,8 +97,9 @@ class Track(eqx.Module):
     kind: str = eqx.field(static=True)
     cylinder: str = eqx.field(static=True)
     interval: float = eqx.field(static=True)
-    samples: int = eqx.field(static=True)
-    drive: Drive | None = eqx.field(static=True)
+    samples: Array = eqx.field(converter=jnp.asarray)
+    size: int = eqx.field(static=True)
+    drive: Drive | None
     onset: int | None = eqx.field(static=True)
     first: Array = eqx.field(converter=jnp.asarray)
     along: Along | None = None
@@ -109,6 +111,11 @@ class Track(eqx.Module):
     def of(self) -> type[RecordKind]:
         """What the record's kind says of itself."""
         return KINDS[self.kind]
+
+    def on_grid(self, size: int) -> "Track":
+        """Return the same record on a grid of so many samples, at least its own."""
+        drive = None if self.drive is None else dataclasses.replace(self.drive, size=size)
+        return dataclasses.replace(self, size=size, drive=drive)
 
     @property
     def scope(self) -> tuple[str, str, str]:
@@ -123,7 +130,7 @@ class Track(eqx.Module):
     @property
     def times(self) -> Float[np.ndarray, " samples"]:
         """Sample times [s]."""
-        return float(self.first) + self.interval * np.arange(self.samples)
+        return float(self.first) + self.interval * np.arange(int(self.samples))
 
     @property
     def onset_time(self) -> Array:
@@ -150,7 +157,7 @@ def make_track(record: Record) -> Laid:
 
 def _track(record: Record, interval: float, samples: int, first: float, **more) -> Track:
     """Return the track of a record; `more` is what only some solvers need."""
-    given = {"drive": None, "onset": None} | more
+    given = {"drive": None, "onset": None, "size": samples} | more
     label = f"{record.name},{record.cylinder}"
     return Track(
         label=label,
@@ -186,7 +193,8 @@ def _slow(record: Record) -> Laid:
     """Lay a record with a valve programme."""
     record, series = _even(record)
     drive = _drive(record, series.samples)
-    track = _track(record, record.interval, series.samples, float(record.time[0]), drive=drive)
+    first = float(record.time[0])
+    track = _track(record, record.interval, series.samples, first, drive=drive, size=drive.size)
     return Laid(track, series)
 
 
@@ -206,7 +214,10 @@ def _drive(record: Record, samples: int) -> Drive:
             f"at most {MOST_SWITCHES} are supported, split the record"
         )
     skipped = len(switches) - 1 - len(inside)
-    return Drive(first, record.interval, samples, tuple(inside), tuple(levels[skipped:]))
+    levels = tuple(levels[skipped:])
+    drive = Drive(first, record.interval, samples, tuple(inside), levels, roomy(samples))
+    require_apart(drive)
+    return drive
 
 
 def _release(record: Record) -> Laid:

@@ -151,7 +151,7 @@ def events(
     for track in tracks:
         if track.drive is None or not any(track.drive.levels):
             continue
-        for begin in np.arange(0.0, track.samples * track.interval - 0.2, EVENT_SPACING):
+        for begin in np.arange(0.0, int(track.samples) * track.interval - 0.2, EVENT_SPACING):
             shape = _shape(laws, {}) | {"event_start": float(begin)}
             absent = float(info.absent or 0.0)
             found.append(Candidate(effect, amplitude, absent, law, shape, track.label))

@@ -1,8 +1,17 @@
-"""What drives a record, known before any fit: sample times and the positions of the valve."""
+"""What drives a record, known before any fit: sample times and the positions of the valve.
+
+When the valve moves and how long a record lasts are arrays, and a grid goes on beyond its records
+to one of a few lengths: records that differ in nothing else share their programs.
+"""
 
 import dataclasses
+from collections.abc import Sequence
 
+import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
+from jax import Array
+from jaxtyping import Bool, Float, Int
 
 FINE_WINDOW = 0.1
 """Seconds after a switch of the valve in which every sample is a step of its own, whatever the rig;
@@ -14,27 +23,36 @@ STRIDE = 8
 EDGE = 1e-9
 """Relative slack [sampling intervals] when a switch is compared with a sample."""
 
+LEAST_SIZE, COARSER = 64, 4
+"""A grid has a multiple of so many samples, and of a quarter of the power of two below it: it is
+longer than its records by a quarter at most, and by half of that in the mean."""
 
-@dataclasses.dataclass(frozen=True)
-class Drive:
+
+class Drive(eqx.Module):
     """One cylinder's part of a slow record.
 
     - `first` [s]: time of the first sample, at which the rig is at rest and out of load.
-    - `interval` [s], `samples`: the grid the record lies on.
-    - `switches` [s]: when the valve moves; `levels`: for each stretch, which of the record's flow
-      fractions applies (one more than switches; 0 is shut).
+    - `interval` [s], `samples`: of the record. - `size`: samples of the grid that it lies on.
+    - `switches` (stretches - 1,) [s]: when the valve moves; `levels`: for each stretch, which of
+      the record's flow fractions applies (0 is shut).
     """
 
-    first: float
-    interval: float
-    samples: int
-    switches: tuple[float, ...]
-    levels: tuple[int, ...]
+    first: Float[Array, ""] = eqx.field(converter=jnp.asarray)
+    interval: float = eqx.field(static=True)
+    samples: Int[Array, ""] = eqx.field(converter=jnp.asarray)
+    switches: Float[Array, " switches"] = eqx.field(converter=lambda s: jnp.asarray(s, float))
+    levels: tuple[int, ...] = eqx.field(static=True)
+    size: int = eqx.field(static=True)
 
     @property
     def times(self) -> np.ndarray:
-        """Sample times [s], shape (samples,)."""
-        return self.first + self.interval * np.arange(self.samples)
+        """Sample times [s] (samples,), where the record is known."""
+        return float(self.first) + self.interval * np.arange(int(self.samples))
+
+    @property
+    def end(self) -> Array:
+        """Time of the last sample [s]."""
+        return self.first + self.interval * (self.samples - 1)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -42,92 +60,109 @@ class Plan:
     """How a group of drives is marched through together, a step a sample.
 
     - `near` (steps,): whether some drive's valve moves within the step or has just moved.
-    - `levels` (steps, tracks): flow fraction that applies when the step begins.
-    - `kink` (steps, tracks): 0, or 1 + the index of the switch that falls inside the step.
-    - `kink_rest` (kinks,) [s]: time from the switch to the end of its step; `kink_level`: the
-      flow fraction after it; `kink_place` (kinks, 2): drive and number of the switch.
-    - `samples`: of the longest drive; `interval` [s].
+    - `levels`, `after` (steps, tracks): flow fraction that applies when the step begins and ends.
+    - `kink` (steps, tracks): 0, or 1 + the number of the switch that falls inside the step.
+    - `kink_rest` (kinks,) [s]: time from each switch to the end of its step, of one that falls into
+      no step that of a whole step; `kink_place`: drive and number of the switch.
+    - `samples`: of the grid; `interval` [s].
     """
 
-    near: np.ndarray
-    levels: np.ndarray
-    kink: np.ndarray
-    kink_rest: np.ndarray
-    kink_level: np.ndarray
-    kink_place: np.ndarray
+    near: Bool[Array, " steps"]
+    levels: Int[Array, "steps tracks"]
+    after: Int[Array, "steps tracks"]
+    kink: Int[Array, "steps tracks"]
+    kink_rest: Float[Array, " kinks"]
+    kink_place: Int[np.ndarray, "kinks 2"]
     samples: int
     interval: float
 
-    @property
-    def after(self) -> np.ndarray:
-        """Flow fraction where each step ends: after the switch inside it, where there is one."""
-        switched = np.concatenate([[0], self.kink_level]).astype(int)[self.kink]
-        return np.where(self.kink > 0, switched, self.levels)
-
-    def within(self, parts: int) -> tuple[np.ndarray, np.ndarray]:
+    def within(self, parts: int) -> tuple[Int[Array, " kinks"], Float[Array, " kinks"]]:
         """Return which part of its step each switch falls in, and the time [s] to that part's end.
 
         - `parts`: into which a step is cut.
         """
         length = self.interval / parts
         since = self.interval - self.kink_rest
-        part = np.clip(np.floor(since / length + EDGE).astype(int), 0, parts - 1)
+        part = jnp.clip(jnp.floor(since / length + EDGE).astype(int), 0, parts - 1)
         return part, (part + 1) * length - since
 
 
+def roomy(samples: int) -> int:
+    """Samples of the grid that a record of so many samples lies on."""
+    unit = max(LEAST_SIZE, 2 ** (samples.bit_length() - 1) // COARSER)
+    return -(-samples // unit) * unit
+
+
+def require_apart(drive: Drive) -> None:
+    """Raise ValueError where two switches of a drive fall into one sampling interval."""
+    at = (np.asarray(drive.switches) - float(drive.first)) / drive.interval
+    inside = at[abs(at - np.round(at)) > EDGE]
+    if len(np.unique(np.floor(inside))) < len(inside):
+        raise ValueError("two valve positions within one sampling interval")
+
+
+def switches_of(drives: Sequence[Drive]) -> Float[Array, "tracks most"]:
+    """Return when the valves move [s after each first sample], never where a drive has fewer."""
+    most = max(len(d.levels) for d in drives) - 1
+    rows = [
+        jnp.pad(d.switches - d.first, (0, most - len(d.levels) + 1), constant_values=jnp.inf)
+        for d in drives
+    ]
+    return jnp.stack(rows)
+
+
+def levels_of(drives: Sequence[Drive]) -> Int[np.ndarray, "tracks stretches"]:
+    """Return the flow fractions of all stretches; the last goes on where a drive has fewer."""
+    most = max(len(d.levels) for d in drives)
+    return np.array([d.levels + d.levels[-1:] * (most - len(d.levels)) for d in drives])
+
+
 def plan(drives: tuple[Drive, ...]) -> Plan:
-    """Lay the common grid of several drives.
-
-    Raises ValueError where two switches of a drive fall into one sampling interval.
-    """
-    interval = drives[0].interval
-    samples = max(max(d.samples for d in drives), 2)
-    near = _near_a_switch(drives, samples, interval)
-    return _with_valve(drives, near[: samples - 1], interval)
-
-
-def _near_a_switch(drives: tuple[Drive, ...], samples: int, interval: float) -> np.ndarray:
-    """Mark the sample intervals in which some drive needs short steps."""
-    near = np.zeros(samples, dtype=bool)
-    window = int(np.ceil(FINE_WINDOW / interval))
-    for drive in drives:
-        for switch in (drive.first, *drive.switches):
-            at = int(np.floor((switch - drive.first) / interval + EDGE))
-            if at < drive.samples:
-                near[max(at - 1, 0) : at + window] = True
-    return near
-
-
-def _with_valve(drives: tuple[Drive, ...], near: np.ndarray, interval: float) -> Plan:
-    """Fill in which flow fraction applies in each step and where it changes within one."""
-    steps = len(near)
-    nodes = np.arange(steps + 1)
-    levels = np.zeros((steps, len(drives)), dtype=int)
-    kink = np.zeros((steps, len(drives)), dtype=int)
-    rest, after, source = [], [], []
-    for track, drive in enumerate(drives):
-        at = (np.asarray(drive.switches) - drive.first) / interval
-        levels[:, track] = np.asarray(drive.levels)[
-            np.searchsorted(at, nodes[:-1] + EDGE, side="left")
-        ]
-        for i, place in enumerate(at):
-            step = int(np.searchsorted(nodes, place - EDGE, side="right")) - 1
-            inside = nodes[min(step, steps)] + EDGE < place
-            if step < 0 or step >= steps or not inside or nodes[step + 1] - place < EDGE:
-                continue
-            if kink[step, track]:
-                raise ValueError("two valve positions within one sampling interval")
-            rest.append((nodes[step + 1] - place) * interval)
-            after.append(drive.levels[i + 1])
-            source.append((track, i))
-            kink[step, track] = len(rest)
+    """Lay the common grid of several drives."""
+    interval, samples = drives[0].interval, max(2, *(d.size for d in drives))
+    steps = samples - 1
+    at = switches_of(drives) / interval
+    levels, index = jnp.asarray(levels_of(drives)), jnp.arange(steps)
+    passed = jnp.sum(at < index[:, None, None] + EDGE, axis=2)
+    track = jnp.arange(len(drives))
+    begin = levels[track, passed]
+    step, inside = _steps_of(at, steps)
+    number = np.arange(1, at.size + 1).reshape(at.shape)
+    # A switch inside no step goes to a row of its own, which is cut off.
+    rows = jnp.where(inside, step, steps)
+    kink = jnp.zeros((steps + 1, len(drives)), int).at[rows, track[:, None]].max(number)[:steps]
+    switched = jnp.concatenate([jnp.zeros(1, int), levels[:, 1:].ravel()])[kink]
+    place = np.stack(np.meshgrid(*map(np.arange, at.shape), indexing="ij"), axis=-1)
     return Plan(
-        near=near,
-        levels=levels,
+        near=_near_a_switch(drives, at, index),
+        levels=begin,
+        after=jnp.where(kink > 0, switched, begin),
         kink=kink,
-        kink_rest=np.array(rest),
-        kink_level=np.array(after, dtype=int),
-        kink_place=np.array(source, dtype=int).reshape(-1, 2),
-        samples=steps + 1,
+        kink_rest=jnp.where(inside, (step + 1 - at) * interval, interval).ravel(),
+        kink_place=place.reshape(-1, 2),
+        samples=samples,
         interval=interval,
     )
+
+
+def _steps_of(at: Float[Array, "tracks most"], steps: int) -> tuple[Array, Array]:
+    """In which step each switch falls, and whether inside it, not on a sample or beyond the grid.
+
+    - `at`: of the switches, in sampling intervals.
+    """
+    known = jnp.where(jnp.isfinite(at), at, -1.0)
+    step = jnp.floor(known - EDGE).astype(int)
+    inside = (step >= 0) & (step < steps) & (step + EDGE < known) & (step + 1 - known >= EDGE)
+    return step, inside
+
+
+def _near_a_switch(
+    drives: tuple[Drive, ...], at: Float[Array, "tracks most"], index: Int[Array, " steps"]
+) -> Bool[Array, " steps"]:
+    """Mark the sample intervals in which some drive needs short steps; each begins with one."""
+    window = int(np.ceil(FINE_WINDOW / drives[0].interval))
+    begins = jnp.concatenate([jnp.zeros((len(drives), 1)), at], axis=1)
+    first = jnp.floor(begins + EDGE)
+    counted = first < jnp.stack([d.samples for d in drives])[:, None]
+    now = index[:, None, None]
+    return jnp.any((now >= first - 1) & (now < first + window) & counted, axis=(1, 2))

@@ -139,12 +139,12 @@ def march(
     """Simulate a group of slow records from rest; arguments and result as `staggered.march`."""
     walkers = fractions.shape[2]
     rigs, lags = _by_walker(rig, walkers), rig.delays()
-    samples = max(d.samples for d in drives)
+    samples = max(d.size for d in drives)
     start = _by_walker(rest_under(rig, 0.0, contact), walkers)
     columns = []
     for track, drive in enumerate(drives):
         angle = jnp.zeros(walkers) if angles is None else angles[track]
-        times = drive.first + drive.interval * np.minimum(np.arange(samples), drive.samples - 1)
+        times = drive.first + drive.interval * jnp.minimum(jnp.arange(samples), drive.samples - 1)
         asked = {q: _asked(times, lags.get(q, 0.0), walkers) for q in READ}
         flows = partial(_flow, contact, fractions[:, track], angle, drive)
         columns.append(_record(rigs, flows, drive, start, asked, tolerance))
@@ -158,9 +158,9 @@ def _flow(contact: Array, fractions: Array, angle: Array, drive: Drive, level: i
     return Surroundings(*(jnp.broadcast_to(jnp.asarray(p, float), (walkers,)) for p in parts))
 
 
-def _asked(times: np.ndarray, lag: ArrayLike, walkers: int) -> Array:
+def _asked(times: Array, lag: ArrayLike, walkers: int) -> Array:
     """Times (times, walkers) at which what is read was there; none lies outside the record."""
-    late = jnp.asarray(times)[:, None] - jnp.broadcast_to(lag, (walkers,))
+    late = times[:, None] - jnp.broadcast_to(lag, (walkers,))
     return jnp.clip(late, times[0], times[-1])
 
 
@@ -175,17 +175,15 @@ def _record(
     every = jnp.concatenate(list(shared.values()))
     order = jnp.argsort(every, axis=0)
     every = jnp.take_along_axis(every, order, axis=0)
-    slack, last = EDGE * drive.interval, drive.times[-1]
-    bounds = (drive.first, *drive.switches, np.inf)
+    slack, last, longest = EDGE * drive.interval, drive.end, STRIDE * drive.interval
+    bounds = (drive.first, *drive.switches, jnp.asarray(jnp.inf))
     flat, found = start, None
     for level, begin, end in zip(drive.levels, bounds[:-1], bounds[1:], strict=True):
-        if begin > last:
-            break
-        outside, ends = flows(level), (jnp.asarray(begin), jnp.asarray(min(end, last)))
-        if begin == last:  # nothing moves any more, but the valve does
-            ends = (ends[0], ends[0] + drive.interval)
-        longest = STRIDE * drive.interval
-        flat, series = _stretch(rigs, outside, flat, ends, every, tolerance, longest)
+        # From the last sample on nothing is asked for: a short stretch stands for what never comes.
+        idle = begin >= last
+        after = jnp.where(idle, last + drive.interval, jnp.minimum(end, last))
+        ends = jnp.where(idle, last, begin), after
+        flat, series = _stretch(rigs, flows(level), flat, ends, every, tolerance, longest)
         here = every >= begin - slack
         found = series if found is None else _overlaid(here, series, found)
     assert found is not None  # a record has one stretch at least

@@ -71,7 +71,10 @@ class _Part(NamedTuple):
 
 
 def march(
-    rig: Rig, contact: Array, fractions: Array, drives: tuple[Drive, ...]
+    rig: Rig,
+    contact: Array,
+    fractions: Array,
+    drives: tuple[Drive, ...],
 ) -> dict[str, Array]:
     """Simulate a group of slow records from rest.
 
@@ -84,7 +87,7 @@ def march(
     """
     grid, strokes = plan(drives), foreseen(rig, contact, fractions, drives)
     table = tables(rig, Surroundings(contact), grid, strokes)
-    part, rest = (jnp.asarray(np.append(0, w)) for w in grid.within(PARTS))
+    part, rest = (jnp.append(0, w) for w in grid.within(PARTS))
     way = _Way(rig, contact, fractions, strokes, table, part, rest[:, None], grid.interval)
 
     def block(carry: tuple[Array, Array], step: tuple) -> tuple[tuple[Array, Array], Array]:
@@ -117,10 +120,10 @@ def _blocks(grid: Plan) -> tuple[Array, _Part]:
     steps = grid.samples - 1
     room = -steps % STRIDE
 
-    def cut(series: np.ndarray, mode: str) -> Array:
+    def cut(series: Array, mode: str) -> Array:
         widths = ((0, room), *((0, 0),) * (series.ndim - 1))
-        whole = np.pad(series, widths, mode=mode)  # pyright: ignore[reportArgumentType, reportCallIssue]
-        return jnp.asarray(whole.reshape(-1, STRIDE, *series.shape[1:]))
+        whole = jnp.pad(series, widths, mode=mode)
+        return whole.reshape(-1, STRIDE, *series.shape[1:])
 
     begin = grid.interval * np.arange(steps + room)
     parts = _Part(

@@ -18,7 +18,6 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jax import Array
 
 from rigid.physics.rig import CORE_SCALES, FREE, Rig, Surroundings
@@ -96,7 +95,12 @@ def march(
     angles = jnp.zeros_like(fractions[0]) if angles is None else angles
     parts = WITH_BRISTLES if stiff_states(rig) else SUBSTEPS
     fine = tuple(
-        dataclasses.replace(d, interval=d.interval / parts, samples=(d.samples - 1) * parts + 1)
+        dataclasses.replace(
+            d,
+            interval=d.interval / parts,
+            samples=(d.samples - 1) * parts + 1,
+            size=(d.size - 1) * parts + 1,
+        )
         for d in drives
     )
     grid = plan(fine)
@@ -111,10 +115,9 @@ def march(
         there = here._replace(flow_fraction=fractions[part[2][-1], track], time=end)
         return new, stepped(rig, (flat, here), (new, there))
 
-    begin = np.arange(grid.samples - 1) * grid.interval
+    begin = jnp.arange(grid.samples - 1) * grid.interval
     cut = tuple(
-        jnp.asarray(a).reshape(-1, parts, *a.shape[1:])
-        for a in (grid.levels, grid.kink, grid.after, begin)
+        a.reshape(-1, parts, *a.shape[1:]) for a in (grid.levels, grid.kink, grid.after, begin)
     )
     shape = (len(rig.scales), *fractions.shape[1:])
     start = jnp.broadcast_to(rest_under(rig, 0.0, contact)[:, None], shape)
@@ -172,7 +175,7 @@ def _advancer(
     extra = jnp.concatenate([jnp.stack([strokes.low, strokes.high]), at_switch])
     matrix = at_work(rig, Surroundings(contact), rig.column + extra)
     table = jax.tree.map(lambda a: a[:, :, None], _pair(matrix[:, :, :2], h, rig))
-    rest = jnp.asarray(grid.kink_rest)[:, None]
+    rest = grid.kink_rest[:, None]
     none = jnp.zeros((1, len(rig.scales), matrix.shape[-1]))
     after = step_matrix(matrix[:, :, 2:], rest, rig.scales)[:, 4]
     kinks = jnp.concatenate([none, jnp.moveaxis(after, 1, 0)])

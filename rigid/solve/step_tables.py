@@ -51,7 +51,7 @@ def tables(rig: Rig, outside: Surroundings, plan: Plan, strokes: Strokes) -> Tab
     matrix = jacobian(rig, outside, rig.column + jnp.concatenate([nodes, at_switch]))
     rests = step_matrix(
         matrix[:, :, len(nodes) :],
-        jnp.asarray(plan.within(PARTS)[1])[:, None],
+        plan.within(PARTS)[1][:, None],
         scales,
         DOUBLINGS - HALVINGS,
     )[:, 4]

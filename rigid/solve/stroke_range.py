@@ -15,7 +15,7 @@ import numpy as np
 from jax import Array
 
 from rigid.physics.rig import Rig, Surroundings
-from rigid.solve.drive import Drive
+from rigid.solve.drive import Drive, levels_of, switches_of
 from rigid.solve.step_matrices import mean_growth
 
 PARTS = 16
@@ -72,9 +72,9 @@ def foreseen(rig: Rig, contact: Array, fractions: Array, drives: tuple[Drive, ..
 
     times = begin[:, None] + length[:, None] * (np.arange(PARTS)[:, None] + 0.5) / PARTS
     steps = (
-        jnp.asarray(times.reshape(-1, len(drives))),
-        jnp.asarray(np.repeat(length / PARTS, PARTS, axis=0)),
-        jnp.asarray(np.repeat(level, PARTS, axis=0)),
+        times.reshape(-1, len(drives)),
+        jnp.repeat(length / PARTS, PARTS, axis=0),
+        jnp.repeat(level, PARTS, axis=0),
     )
     path = jax.lax.scan(part, none[0], steps)[1]
     low = jnp.minimum(jnp.min(path, axis=(0, 1)), 0.0)
@@ -83,18 +83,12 @@ def foreseen(rig: Rig, contact: Array, fractions: Array, drives: tuple[Drive, ..
     return Strokes(low, high, switch)
 
 
-def _stretches(drives: tuple[Drive, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _stretches(drives: tuple[Drive, ...]) -> tuple[Array, Array, Array]:
     """Begin and length [s] of all stretches between switches, flow; (stretches, tracks)."""
-    most = 1 + max(len(d.switches) for d in drives)
-    shape = (most, len(drives))
-    begin, length, level = np.zeros(shape), np.zeros(shape), np.zeros(shape, dtype=int)
-    for i, drive in enumerate(drives):
-        end = drive.first + drive.interval * (drive.samples - 1)
-        bounds = np.clip((drive.first, *drive.switches, end), drive.first, end) - drive.first
-        begin[:, i] = np.pad(bounds[:-1], (0, most + 1 - len(bounds)), mode="edge")
-        length[: len(bounds) - 1, i] = np.diff(bounds)
-        level[: len(bounds) - 1, i] = drive.levels
-    return begin, length, level
+    last = jnp.stack([d.end - d.first for d in drives])[:, None]
+    bounds = jnp.concatenate([jnp.zeros_like(last), switches_of(drives), last], axis=1)
+    bounds = jnp.clip(bounds, 0.0, last)
+    return bounds[:, :-1].T, jnp.diff(bounds, axis=1).T, jnp.asarray(levels_of(drives)).T
 
 
 def _spring(rig: Rig, contact: Array) -> Array:

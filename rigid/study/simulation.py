@@ -28,7 +28,11 @@ def simulate(problem: Problem, values: Mapping[str, ArrayLike], key: Array | Non
     faults = {f"{fault}[{sensor}]" for sensor in problem.sensors for fault in ("gain", "zero")}
     require_known(values, medians.keys() | faults, "simulate")
     given = {label: jnp.reshape(jnp.asarray(v, float), (1,)) for label, v in values.items()}
-    readings = _readings(problem, medians | given)
+    lengths = {track.label: int(track.samples) for track in problem.tracks}
+    readings = {
+        label: {quantity: series[: lengths[label]] for quantity, series in channels.items()}
+        for label, channels in _readings(problem, medians | given).items()
+    }
     if key is None:
         return readings
     return _noisy(problem, readings, medians | given, key)
@@ -36,14 +40,12 @@ def simulate(problem: Problem, values: Mapping[str, ArrayLike], key: Array | Non
 
 @eqx.filter_jit
 def _readings(problem: Problem, values: dict[str, Array]) -> Readings:
-    """Readings with gains and zeros, without noise."""
+    """Readings with gains and zeros, without noise, on the grids of the groups."""
     out: Readings = {}
     for group, predicted in zip(problem.groups, problem.predict(values), strict=True):
         for i, track in enumerate(group.tracks):
             out[track.label] = {
-                quantity: _corrected(
-                    series[: track.samples, i, 0], f"{quantity},{track.cylinder}", values
-                )
+                quantity: _corrected(series[:, i, 0], f"{quantity},{track.cylinder}", values)
                 for quantity, series in predicted.items()
             }
     return out

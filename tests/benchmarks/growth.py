@@ -47,15 +47,16 @@ def lengthened(track: Track, times: int) -> Track:
     """The record with its valve programme over and over again."""
     drive = track.drive
     assert drive is not None  # a slow record has one
-    period = drive.interval * drive.samples
+    period = drive.interval * int(drive.samples)
     switches, levels = [], []
     for k in range(times):
         switches += [s + k * period for s in drive.switches] + [(k + 1) * period + drive.first]
         levels += drive.levels
+    samples = int(drive.samples) * times
     longer = dataclasses.replace(
-        drive, samples=drive.samples * times, switches=tuple(switches[:-1]), levels=tuple(levels)
+        drive, samples=samples, switches=switches[:-1], levels=tuple(levels), size=samples
     )
-    changed = {"drive": longer, "samples": longer.samples}
+    changed = {"drive": longer, "samples": samples, "size": samples}
     return dataclasses.replace(track, **changed)
 
 
