@@ -99,6 +99,26 @@ def converted(reading, sheet: SensorSheet, rng) -> np.ndarray:
     return np.round(noisy / sheet.step) * sheet.step if sheet.step else noisy
 
 
+RECORDS_OWN = ("kappa", "kappa_tank", "preload", "release_time", "pump_angle")
+KINDS_OF_RECORDS = ("frame", "free-run", "release", "field")
+
+
+def parameter(label: str, law: AbstractLaw, unit: str = "SI", **more) -> Parameter:
+    """A parameter of a flat label, `kappa[free-run-1,A]`, as a problem of a spec would have it."""
+    name, *brackets = label.split("[")
+    places = tuple(part for b in brackets for part in b.rstrip("]").split(","))
+    told: dict = {"name": name, "places": places}
+    if name in RECORDS_OWN:
+        told |= dict(zip(("record", "cylinder"), places, strict=False))
+    elif name == "noise":
+        told |= {"cylinder": places[1]}
+    elif places and places[-1] in KINDS_OF_RECORDS:
+        told |= {"kind": places[-1], "varies": True}
+    if places and places[0].isdigit():
+        told |= {"number": places[0]}
+    return Parameter(label, label, unit, law, **(told | more))
+
+
 def parameters(free: dict[str, AbstractLaw], names=BASE, quantities=("acceleration,A",)):
     """The given numbers uncertain, noise levels at their sheets, the rest as in NOMINAL."""
     needed = [k for k in NOMINAL if "branch" not in k or "frequency-dependent-friction" in names]
@@ -106,7 +126,7 @@ def parameters(free: dict[str, AbstractLaw], names=BASE, quantities=("accelerati
     for sensor in quantities:
         sheet = SHEETS[sensor.split(",")[0]]
         laws.setdefault(f"noise[{sensor}]", Lognormal(sheet.noise, 1.5))
-    return collect([Parameter(label, label, "SI", law) for label, law in laws.items()])
+    return collect([parameter(label, law) for label, law in laws.items()])
 
 
 def problem(

@@ -193,6 +193,34 @@ def statistics_name_no_effect(tree: ast.AST, path: Path, package: Path) -> Itera
                 yield f"{number}: statistics name the effect {stem}"
 
 
+READING = {"split", "rsplit", "partition", "rpartition", "startswith", "endswith", "strip",
+           "rstrip", "lstrip", "removeprefix", "removesuffix", "find", "index"}  # fmt: skip
+HEADER = "["
+"""What a table of TOML starts with, and no label does."""
+
+
+def labels_are_not_read(tree: ast.AST, path: Path, package: Path) -> Iterator[str]:
+    """A parameter says what it belongs to; nobody takes the brackets of its label apart."""
+    if room_of(path, package) in {"io", "spec", "records", "plots"}:  # TOML, units, TeX have, too
+        return
+    for node in ast.walk(tree):
+        if (
+            isinstance(node, ast.Call)
+            and isinstance(node.func, ast.Attribute)
+            and node.func.attr in READING
+            and any(set("[]") & set(text) for text in _texts(node.args))
+            and not (node.func.attr == "startswith" and list(_texts(node.args)) == [HEADER])
+        ):
+            yield f"{node.lineno}: reads a label with {node.func.attr}; ask the Parameter"
+
+
+def _texts(arguments: list[ast.expr]) -> Iterator[str]:
+    for one in arguments:
+        for node in ast.walk(one):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                yield node.value
+
+
 CHECKS = (
     arrows,
     arrows_within,
@@ -202,6 +230,7 @@ CHECKS = (
     unsafe,
     light_package,
     statistics_name_no_effect,
+    labels_are_not_read,
 )
 
 
@@ -283,6 +312,7 @@ BROKEN = {
     "hidden pickle": ("inference/posterior.py", "np.load('x', allow_pickle=True)", "reads pickles"),
     "a heavy package": ("__init__.py", "import numpy", "must stay light"),
     "a room of its own": ("utils.py", "", "no layer"),
+    "a label taken apart": ("localfit/a.py", "x = label.split('[')[0]", "ask the Parameter"),
 }
 
 

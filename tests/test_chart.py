@@ -5,6 +5,7 @@ from typing import ClassVar
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from rigs import parameter as declared
 
 from rigid.effects.base import PLUNGER, AbstractEffect, Action, State
 from rigid.effects.declare import lognormal, parameter
@@ -12,7 +13,7 @@ from rigid.inference.adaptation import drawn
 from rigid.inference.coordinates import Chart, Sum, chart_of
 from rigid.inference.proposal import MixtureProposal, Mode
 from rigid.inference.search import Optimum
-from rigid.likelihood.parameters import Parameter, Parameters
+from rigid.likelihood.parameters import Parameters
 from rigid.likelihood.priors import Lognormal, Normal
 from rigid.likelihood.problem import Problem
 
@@ -118,7 +119,7 @@ class Halves(AbstractEffect):
 
 
 def problem_of(*laws: Lognormal | Normal) -> Problem:
-    sampled = tuple(Parameter(f"half[{i + 1}]", "h", "N", law) for i, law in enumerate(laws))
+    sampled = tuple(declared(f"half[{i + 1}]", law) for i, law in enumerate(laws))
     return Problem((Halves,), Parameters(sampled, ()), (), ())
 
 

@@ -12,6 +12,7 @@ from rigid.report.discovery.figures.where import compared_figure
 SAMPLES, DRAWS, INTERVAL = 400, 300, 0.01
 TIME = INTERVAL * np.arange(SAMPLES)
 STATES = {"speed": np.cos(4.0 * TIME), "pressure": np.sin(11.0 * TIME)}
+RECORDS = {f"free-run-{n},A": (f"free-run-{n}", "A") for n in (1, 2)}
 CHANNELS = [
     Channel(f"free-run-{n},A", "free-run", q, f"{q},A", INTERVAL)
     for n in (1, 2)
@@ -119,13 +120,13 @@ def test_what_is_told_is_sure_or_the_one_that_comes_nearest():
     seeds = (seed for seed in range(5, 50) if looked_at(seed)[0].p_value > 0.1)
     quietest = next(seeds)
     nothing, something = looked_at(quietest), looked_at(quietest, {2: push})
-    quiet = told(Compared(nothing, None))
+    quiet = told(Compared(nothing, None, RECORDS))
     assert len(quiet) == 1
     assert quiet[0]["p_value_after"] is None
     assert table(quiet) == ()
-    assert sentence(Compared(nothing, None)).startswith("Nowhere beyond chance")
+    assert sentence(Compared(nothing, None, RECORDS)).startswith("Nowhere beyond chance")
     after = {(o.record, o.quantity, o.over): o for o in nothing}
-    both = Compared(something, after)
+    both = Compared(something, after, RECORDS)
     loud = told(both)
     assert all(one["p_value"] < 0.05 for one in loud)
     assert loud[0]["unit"] == "s"
@@ -142,4 +143,4 @@ def test_what_is_told_is_sure_or_the_one_that_comes_nearest():
 
 def test_a_channel_that_is_too_short_leaves_nothing_to_say():
     assert judged([], []) == ()
-    assert sentence(Compared((), None)).startswith("No channel")
+    assert sentence(Compared((), None, {})).startswith("No channel")

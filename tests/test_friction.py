@@ -2,10 +2,10 @@
 
 import jax.numpy as jnp
 import numpy as np
-from rigs import BASE, MEMORY, NOMINAL, effects, release_problem
+from rigs import BASE, MEMORY, NOMINAL, effects, parameter, release_problem
 
 from rigid.inference.friction_curve import FREQUENCIES, friction, scopes
-from rigid.likelihood.parameters import Parameter, collect
+from rigid.likelihood.parameters import collect
 from rigid.likelihood.priors import Lognormal
 from rigid.likelihood.problem import Problem
 
@@ -48,9 +48,7 @@ def test_scopes_are_those_that_a_parameter_varies_by():
     base = release_problem({}, samples=64)
     assert scopes(base) == {"": ()}
     law = Lognormal(1e5, 10.0)
-    varied = [
-        Parameter(f"mu[{kind}]", "mu", "N s/m", law, varies=True) for kind in ("release", "frame")
-    ]
+    varied = [parameter(f"mu[{kind}]", law) for kind in ("release", "frame")]
     listed = collect([*base.parameters.known, *varied])
     problem = Problem(base.effects, listed, base.groups, base.pieces)
     assert scopes(problem) == {"frame": ("frame",), "release": ("release",)}

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rigs import parameter
 from scipy.special import logsumexp
 
 from rigid.discovery.unmodelled.base import Bumps, together
@@ -12,7 +13,6 @@ from rigid.discovery.unmodelled.straight import Straight, places, straight
 from rigid.discovery.unmodelled.waves import Wave
 from rigid.discovery.weighing.explain import bundles_of, shares
 from rigid.effects import CATALOGUE
-from rigid.likelihood.parameters import Parameter
 from rigid.likelihood.priors import Normal
 from rigid.localfit.screening import Around, screen
 
@@ -73,10 +73,11 @@ def test_a_drift_is_that_of_all_records_of_a_sensor_together():
 
 
 def found_in(design: np.ndarray, kinds: np.ndarray, labels: tuple[str, ...]) -> Bumps:
-    parameters = tuple(Parameter(k, "x", "1", Normal(1.0, 0.1), k == "vary") for k in labels)
+    law = Normal(1.0, 0.1)
+    parameters = tuple(parameter(k, law, varies=k == "vary") for k in labels)
     rows = [kinds == kind for kind in dict.fromkeys(kinds)]
     effects = (CATALOGUE["oil-compressibility"],)
-    return shifted(design, rows, constants(parameters, effects, TRACKS))
+    return shifted(design, rows, constants(parameters, effects))
 
 
 def test_constants_shift_between_the_kinds_in_which_they_act():

@@ -2,18 +2,19 @@
 
 import numpy as np
 
+from rigid.report.calibration.output import At
 from rigid.report.calibration.present import frictions
 from rigid.report.paper_values import FRICTION
 
 
 def test_friction_that_is_the_same_at_every_frequency_is_listed_once():
     found = {
-        "abs_mu[0.01 Hz,release]": np.full((1, 3), 2e5),
-        "abs_mu[80 Hz,release]": np.full((1, 3), 2e5),
-        "abs_mu[100 Hz,release]": np.full((1, 3), 2e5),
-        "abs_mu[0.01 Hz,frame]": np.full((1, 3), 9e5),
-        "abs_mu[80 Hz,frame]": np.full((1, 3), 2e5),
-        "abs_mu[100 Hz,frame]": np.full((1, 3), 1e5),
+        At("release", 0.01): np.full((1, 3), 2e5),
+        At("release", 80.0): np.full((1, 3), 2e5),
+        At("release", 100.0): np.full((1, 3), 2e5),
+        At("frame", 0.01): np.full((1, 3), 9e5),
+        At("frame", 80.0): np.full((1, 3), 2e5),
+        At("frame", 100.0): np.full((1, 3), 1e5),
     }
     listed = frictions(found, FRICTION)
     assert [(n.label, n.symbol) for n in listed] == [

@@ -1,4 +1,4 @@
-"""Effects that set in at a pressure, and numbers that an added effect has in every record."""
+"""Effects that set in at a pressure, and priors of what was added, in a spec."""
 
 import tomllib
 
@@ -9,7 +9,6 @@ from rigid.discovery.refit import worth_refitting
 from rigid.effects import CATALOGUE
 from rigid.likelihood.priors import make_law
 from rigid.localfit.candidates import onsets
-from rigid.localfit.leave_one_out import places_of
 from rigid.report.discovery.output import with_laws
 
 STAGE = CATALOGUE["pump-stage-switch"]
@@ -66,13 +65,6 @@ def test_pressures_count_for_their_share_of_the_prior():
     given = [one.shape["p_stage"] for one in onsets(STAGE, TOP, {"p_stage": law})]
     assert min(given) > 490e5
     assert max(given) < 550e5
-
-
-def test_what_belongs_to_a_record_is_left_out_with_all_of_it():
-    tracks = ("frame-1,A", "free-run-1,A", "free-run-1,B")
-    assert places_of(tracks, {"frame-1,A"}) == {"frame-1,A", "frame-1"}
-    assert places_of(tracks, {"free-run-1,A"}) == {"free-run-1,A"}
-    assert places_of(tracks, set(tracks[1:])) == {*tracks[1:], "free-run-1"}
 
 
 @pytest.mark.parametrize(

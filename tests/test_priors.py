@@ -4,10 +4,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from rigs import parameter
 from scipy import stats
 
 from rigid.io.errors import InputError
-from rigid.likelihood.parameters import Parameter, collect, require_known, scoped
+from rigid.likelihood.parameters import Parameter, Scoped, collect, require_known
 from rigid.likelihood.priors import LAWS, Fixed, Lognormal, Normal, make_law
 
 Z = np.linspace(-5.0, 5.0, 101)
@@ -92,7 +93,7 @@ def test_parameters_part_into_sampled_and_known():
         [
             Parameter("k_LC", "k", "N/m", Lognormal(6e7, 2.0)),
             Parameter("p_max", "p", "Pa", Fixed(7e7)),
-            Parameter("kappa[free-run-1,A]", "k", "1", Normal(0.2, 0.01)),
+            parameter("kappa[free-run-1,A]", Normal(0.2, 0.01)),
         ]
     )
     assert listed.labels == ("k_LC", "kappa[free-run-1,A]")
@@ -106,7 +107,7 @@ def test_parameters_part_into_sampled_and_known():
 
 def test_records_see_the_values_of_their_scope():
     values = {"mu[frame]": 1.0, "mu[release]": 2.0, "k_LC": 3.0, "mu_branch[1]": 4.0}
-    seen = scoped(values, ("release", "A", "release-1,A"))
+    seen = Scoped(values, ("release", "A", "release-1,A"))
     assert seen["mu"] == 2.0
     assert "mu_branch" not in seen
     assert values.keys() <= seen.keys()

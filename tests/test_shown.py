@@ -5,6 +5,7 @@ import re
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from rigs import parameter
 from scipy.stats import chi2, norm
 
 from rigid.discovery.refit import Refit
@@ -16,7 +17,6 @@ from rigid.discovery.weighing.explain import PRIOR_NOTHING, PRIOR_UNNAMED, Expla
 from rigid.discovery.weighing.odds import MIMICS
 from rigid.discovery.workflow import Outcome, Step
 from rigid.effects import CATALOGUE
-from rigid.likelihood.parameters import Parameter
 from rigid.likelihood.priors import Normal
 from rigid.likelihood.problem import Problem
 from rigid.localfit.candidates import Candidate
@@ -136,7 +136,7 @@ def test_only_what_beats_is_shown_by_frequency(name: str, hertz: float, frequenc
     terms = [Terms(np.full(len(NUMBER), v), NOISE**-1.0, NOISE**-2.0) for v in (0.0, 1.0)]
     before, after = (bare(Local, layout=layout, residual=NOISE, terms=t) for t in terms)
     one = Refit(bare(Candidate, effect=CATALOGUE[name]), before, after, 5.0)
-    place = Place("free-run-1,A", "pressure", (0.5, 2.0), (hertz - 0.2, hertz + 0.2))
+    place = Place("free-run-1", "A", "pressure", (0.5, 2.0), (hertz - 0.2, hertz + 0.2))
     shown = residuals(bare(Step, chosen=name, refits={name: one}, place=place))
     assert {each.frequencies for each in shown} == {frequencies}
     axes = residuals_figure(shown, simulated=True).axes[-1]
@@ -227,10 +227,10 @@ def test_what_would_have_shown_has_the_strength_that_is_told():
 
 def test_one_number_of_each_sort_is_told_and_the_rest_counted():
     moved = (
-        Moved("kappa[frame-1,A]", "share", "1", 0.08, 0.09, 6.0),
-        Moved("kappa[frame-2,B]", "share", "1", 0.07, 0.08, 7.0),
-        Moved("mu", "", "N s/m", 8e4, 7e4, -4.0),
-        Moved("k_LC", "stiffness", "N/m", 6e7, 6.01e7, 0.9),
+        Moved("kappa[frame-1,A]", "kappa", "share", "1", 0.08, 0.09, 6.0),
+        Moved("kappa[frame-2,B]", "kappa", "share", "1", 0.07, 0.08, 7.0),
+        Moved("mu", "mu", "", "N s/m", 8e4, 7e4, -4.0),
+        Moved("k_LC", "k_LC", "stiffness", "N/m", 6e7, 6.01e7, 0.9),
     )
     said = told_moves(moved)
     assert said.index("share (kappa[frame-2,B]) from 0.07 to 0.08") < said.index("mu from 80")
@@ -255,7 +255,7 @@ def test_numbers_are_told_in_words_whatever_record_or_branch_they_are_of():
         Hypothesis,
         problem=bare(Problem, effects=tuple(CATALOGUE[name] for name in names)),
         added=(),
-        parameters=tuple(Parameter(label, label, "1", law) for label in labels),
+        parameters=tuple(parameter(label, law) for label in labels),
     )
     assert meanings(model) == {
         "mu[free-run]": "viscous friction coefficient",

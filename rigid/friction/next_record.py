@@ -7,7 +7,7 @@ import numpy as np
 from rigid.friction.comparison import Comparison, Standing
 from rigid.localfit.joint_ascent import Place, simulated
 from rigid.localfit.local import Local
-from rigid.localfit.next_record import FACTORS, Proposal, otherwise, worded
+from rigid.localfit.next_record import FACTORS, Proposal, has_setting, otherwise, worded
 
 Setting = tuple[str, float]
 """Name of a setting of the records, and the factor that it is multiplied by."""
@@ -29,7 +29,7 @@ def next_record(found: Comparison) -> Proposal | None:
     for name, factor in (s for s in there[0] if s in there[1]):
         ends = [one[name, factor] for one in there]
         for number, track in enumerate(pair[0].local.layout.tracks):
-            if f"{name}[{track}]" not in pair[0].local.hypothesis.labels:
+            if not has_setting(pair[0].local, name, track):
                 continue
             apart = 0.5 * max(
                 _distance(pair[i].local, pair[1 - i].local, (ends[i], ends[1 - i]), number)
@@ -80,7 +80,7 @@ def _distance(true: Local, wrong: Local, there: tuple[Local, Local], number: int
 
 def _one_more(local: Local, slopes: np.ndarray, track: str) -> tuple[np.ndarray, np.ndarray]:
     """Slopes of one more record like `track`, its own numbers its own, and what is known so far."""
-    own = [i for i, label in enumerate(local.hypothesis.labels) if label.endswith(f"[{track}]")]
+    own = local.hypothesis.of_track(track)
     shared = slopes.copy()
     shared[:, own] = 0.0
     known = np.eye(len(local.w) + len(own))

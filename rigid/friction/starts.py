@@ -23,6 +23,8 @@ LEVELS = (-2.5, 0.0)
 """Quantiles of an amplitude's prior at which records are simulated; else it is in proportion."""
 SHAPES = {0: 1, 2: 2, 4: 3}
 """Settings of the rest of a law's numbers, by how many there are."""
+BRANCH = "mu_branch"
+"""Name of the branches' friction."""
 SLIGHT = -2.5
 """Quantile of the branches' priors at which memory begins beside a fit without."""
 CARRIED = (0.0, 0.5, 1.0)
@@ -49,7 +51,7 @@ def memory_starts(constant: Local, like: Local) -> list[Place]:
     new, old = like.hypothesis, constant.hypothesis
     known = dict(zip(old.labels, constant.w[: len(old.labels)], strict=True))
     own = np.array([known.get(label, 0.0) for label in new.labels])
-    branches = [i for i, label in enumerate(new.labels) if label.startswith("mu_branch")]
+    branches = [i for i, p in enumerate(new.parameters) if p.base == BRANCH]
     own[branches] = SLIGHT
     carried = sum(float(new.parameters[i].law.from_standard(SLIGHT)) for i in branches)
     at, (mu, _) = new.labels.index("mu"), old.values(constant.w)["mu"]
@@ -80,7 +82,7 @@ def constant_starts(memory: Local, law: Law) -> list[Place]:
     sensors = np.ones(len(memory.w) - len(own), dtype=bool)
     w = memory.w[np.concatenate([own, sensors])]
     values = {k: v for k, (v, _) in old.values(memory.w).items()}
-    branches = sum(v for k, v in values.items() if k.startswith("mu_branch"))
+    branches = sum(values[p.label] for p in old.parameters if p.base == BRANCH)
     at, out = new.labels.index("mu"), []
     for share in CARRIED:
         begun = w.copy()

@@ -93,9 +93,9 @@ def constants(truth: Truth) -> tuple[Constant, ...]:
         found += [Constant("run", name, RELATIVE[name], _label(run)) for name in names]
         if run.release_time is not None:
             found.append(Constant("run", "release_time", RELEASE_TIME, _label(run)))
-    read = {f"{channel},{run.cylinder}" for run in truth.runs for channel in recorded(run)}
-    for name in sorted(read):
-        gain, zero, _, _ = SENSORS[name.split(",")[0]]
+    read = {(channel, run.cylinder) for run in truth.runs for channel in recorded(run)}
+    for channel, cylinder in sorted(read):
+        name, (gain, zero, _, _) = f"{channel},{cylinder}", SENSORS[channel]
         found += [Constant("sensor", "gain", gain, name), Constant("sensor", "zero", zero, name)]
     return tuple(found)
 

@@ -1,6 +1,7 @@
 """Draws as the files that programs read: the groups of posterior.nc, rows of the tables."""
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -10,6 +11,7 @@ from rigid.inference.friction_curve import FREQUENCIES, Friction
 from rigid.inference.pointwise import Blocks
 from rigid.inference.summary import ParameterRow
 from rigid.likelihood.parameters import Parameters
+from rigid.likelihood.problem import Problem
 from rigid.physics.sensors import UNITS
 
 DIMENSIONS = {
@@ -26,24 +28,26 @@ DIMENSIONS = {
 """What the places in a label's brackets are: `kappa[free-run-2,A]` is record, cylinder."""
 
 
-def indexed(label: str) -> tuple[str, tuple[str, ...]]:
-    """Part a flat label into its name and its places: `mu_branch[1][frame]` -> 1, frame."""
-    name, *brackets = label.split("[")
-    return name, tuple(part for b in brackets for part in b.rstrip("]").split(","))
+class About(NamedTuple):
+    """What a flat label stands for: `mu_branch[1][frame]` is mu_branch at the places 1, frame."""
+
+    name: str
+    places: tuple[str, ...]
+    unit: str
+    symbol: str
 
 
 def dataset(
-    values: Mapping[str, np.ndarray], about: Mapping[str, tuple[str, str]], coords: Mapping
+    values: Mapping[str, np.ndarray], about: Mapping[str, About], coords: Mapping
 ) -> xr.Dataset:
     """Gather flat labels into variables with dimensions.
 
-    - `values`: (chain, draw) by label. - `about`: unit and symbol by label.
+    - `values`: (chain, draw) by label. - `about`: what each label is.
     - `coords`: of chain and draw. Places that do not exist hold NaN.
     """
     gathered: dict[str, dict[tuple[str, ...], str]] = {}
     for label in values:
-        name, places = indexed(label)
-        gathered.setdefault(name, {})[places] = label
+        gathered.setdefault(about[label].name, {})[about[label].places] = label
     variables, used = {}, {}
     for name, members in gathered.items():
         width = max(len(p) for p in members)
@@ -55,7 +59,7 @@ def dataset(
         for places, label in padded.items():
             at = tuple(axes[k].index(places[k]) for k in range(width))
             block[(slice(None), slice(None), *at)] = values[label]
-        unit, symbol = about[next(iter(members.values()))]
+        _, _, unit, symbol = about[next(iter(members.values()))]
         own = {
             f"{d}" if d not in used or used[d] == a else f"{name}_{d}": a
             for d, a in zip(dims, axes, strict=True)
@@ -91,9 +95,24 @@ def with_friction(
     return body.assign_coords(coords).assign(parts)
 
 
-def about(parameters: Parameters) -> dict[str, tuple[str, str]]:
-    """Unit and symbol of every parameter by label."""
-    return {p.label: (p.unit, p.symbol) for p in (*parameters.sampled, *parameters.known)}
+def about(parameters: Parameters) -> dict[str, About]:
+    """What every parameter is, by label."""
+    listed = (*parameters.sampled, *parameters.known)
+    return {p.label: About(p.base, p.places, p.unit, p.symbol) for p in listed}
+
+
+def about_sensors(problem: Problem) -> dict[str, dict[str, About]]:
+    """Gain and zero of every sensor, by its label and by theirs."""
+    out = {}
+    for piece in problem.pieces:
+        for i, cylinder in enumerate(piece.cylinders):
+            places = (piece.quantity, cylinder)
+            units = {"gain": "1", "zero": UNITS[piece.quantity]}
+            out[piece.sensor(i)] = {
+                f"{name}[{piece.sensor(i)}]": About(name, places, unit, name)
+                for name, unit in units.items()
+            }
+    return out
 
 
 def series_groups(channels: Sequence[Channel], replicates: str) -> dict[str, xr.Dataset]:
@@ -117,22 +136,17 @@ def series_groups(channels: Sequence[Channel], replicates: str) -> dict[str, xr.
 
 
 def log_likelihood(
-    tracks: Mapping[str, np.ndarray], blocks: Blocks, shape: tuple[int, int]
+    problem: Problem, tracks: Mapping[str, np.ndarray], blocks: Blocks, shape: tuple[int, int]
 ) -> xr.Dataset:
     """Group `log_likelihood`: a value a record, both cylinders together, and one a block.
 
     - `tracks`: (n,) by "record,cylinder". - `shape`: chains and draws.
     """
-    names = list(dict.fromkeys(label.split(",")[0] for label in tracks))
-    block = np.stack(
-        [
-            np.sum(
-                [v for label, v in tracks.items() if label.split(",")[0] == name], axis=0
-            ).reshape(shape)
-            for name in names
-        ],
-        axis=2,
-    )
+    records: dict[str, list[np.ndarray]] = {}
+    for label, values in tracks.items():
+        records.setdefault(problem.track(label).name, []).append(values)
+    names = list(records)
+    block = np.stack([np.sum(v, axis=0).reshape(shape) for v in records.values()], axis=2)
     parts = blocks.values.astype(np.float32).reshape(*shape, -1)
     begins = [stretch.begins for stretch in blocks.stretches]
     return xr.Dataset(

@@ -10,7 +10,7 @@ from jax import Array
 from jax.typing import ArrayLike
 
 from rigid.effects import AbstractEffect
-from rigid.likelihood.parameters import scoped
+from rigid.likelihood.parameters import Scoped
 from rigid.likelihood.problem import Problem
 from rigid.physics.rig import friction_of
 
@@ -61,11 +61,12 @@ def friction(
     - `values`: SI by label, (draws,) each.
     """
     omega = 2 * np.pi * FREQUENCIES[:, None]
-    seen = {k: np.atleast_1d(np.asarray(v, dtype=float)) for k, v in scoped(values, scope).items()}
-    draws = max(len(v) for v in seen.values())
-    table = np.stack([np.broadcast_to(v, draws) for v in seen.values()], axis=1)
+    names = [label for e in effects for info in e.parameters() for label in info.labels]
+    seen, draws = Scoped(values, scope), max(np.size(v) for v in values.values())
+    columns = [np.broadcast_to(np.asarray(seen[name], dtype=float), draws) for name in names]
+    table = np.array(columns).reshape(len(names), draws).T
     parts = [
-        _seen(effects, {k: jnp.asarray(rows[:, i]) for i, k in enumerate(seen)}, jnp.asarray(omega))
+        _seen(effects, dict(zip(names, jnp.asarray(rows).T, strict=True)), jnp.asarray(omega))
         for rows in in_rows(table)
     ]
     whole = [np.broadcast_to(np.asarray(p), (len(omega), ROWS)) for p in parts]
@@ -80,7 +81,7 @@ def scopes(problem: Problem) -> dict[str, tuple[str, ...]]:
     """
     if not problem.of_the_rig:
         return {}
-    varied = {p.label.rpartition("[")[2][:-1] for p in problem.parameters.sampled if p.varies}
+    varied = {p.view for p in problem.parameters.sampled if p.varies}
     if not varied:
         return {"": ()}
     return {label: (label,) for label in sorted(varied)}

@@ -19,6 +19,7 @@ from rigid.likelihood.parameters import Parameters
 from rigid.likelihood.problem import Problem
 from rigid.records.record import Record
 from rigid.spec import Spec
+from rigid.spec.record import RecordSpec
 
 ALL_THE_WAY = 8
 """One start in so many goes all the way from its draw of the prior."""
@@ -81,6 +82,8 @@ def steady_part(spec: Spec) -> Spec | None:
         return None
     gone = {i.name for e in moving.values() for i in e.parameters()} | {PUMP_ANGLE}
     gone |= {label for e in moving.values() for i in e.parameters() for label in i.labels}
+    places = {place for r in spec.records for place in _places(r)}
+    gone_priors = gone | {f"{name}[{place}]" for name in gone for place in places}
     model = spec.model.model_copy(
         update={
             "effects": left,
@@ -88,8 +91,14 @@ def steady_part(spec: Spec) -> Spec | None:
             "vary": {k: v for k, v in spec.model.vary.items() if k not in gone},
         }
     )
-    priors = {k: v for k, v in spec.priors.items() if k.split("[")[0] not in gone and k not in gone}
+    priors = {k: v for k, v in spec.priors.items() if k not in gone_priors}
     return spec.model_copy(update={"model": model, "priors": priors})
+
+
+def _places(record: RecordSpec) -> tuple[str, ...]:
+    """What stands in the brackets of a number that is not the same in all records."""
+    name, cylinder = record.name, record.cylinder
+    return record.kind, name, cylinder, f"{name},{cylinder}"
 
 
 def _may_lack(effect: type[AbstractEffect]) -> bool:

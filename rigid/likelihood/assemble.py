@@ -5,11 +5,11 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 
 from rigid.effects import CATALOGUE, AbstractEffect
-from rigid.effects.declare import PriorDescription
+from rigid.effects.declare import ParameterInfo, PriorDescription
 from rigid.io.errors import InputError
 from rigid.likelihood.channels import SensorSheet, make_pieces
 from rigid.likelihood.effect_lookup import effects_named
-from rigid.likelihood.groups import GROUPS, Grouping, beating, flow_label
+from rigid.likelihood.groups import GROUPS, PUMP_ANGLE, Grouping, beating, flow_name
 from rigid.likelihood.parameters import Parameter, Parameters, collect, require_known
 from rigid.likelihood.priors import AbstractLaw, make_law
 from rigid.likelihood.problem import Problem
@@ -144,7 +144,7 @@ def list_parameters(
     local = [p for t in tracks for p in _local(spec, t)]
     acting = Grouping(effects, {}, spec.model.only).acting
     for one in pump_angles(effects, [t for t in tracks if any(e.beat for e in acting(t))]):
-        local.append(dataclasses.replace(one, law=_law(spec, one.label, one.law)))
+        local.append(_stated(spec, one))
     noise = list(_noise(spec, tracks, series))
     listed = physical + local + noise
     names = {p.label for p in listed} | {p.base for p in listed}
@@ -161,13 +161,14 @@ def of_candidates(spec: Spec) -> set[str]:
     return {label for info in infos for label in (info.name, *info.labels)}
 
 
-def _law(spec: Spec, label: str, default: AbstractLaw) -> AbstractLaw:
-    """Return the spec's prior for a label or its base name, or the default."""
-    for name in (label, label.split("[")[0]):
+def _stated(spec: Spec, one: Parameter) -> Parameter:
+    """Return a parameter with the spec's prior for its label or its name, where it states one."""
+    for name in (one.label, one.base):
         if name in spec.priors:
             law = spec.priors[name]
-            return make_law(law.law, law.arguments, f"{spec.path} [priors] {name}")
-    return default
+            stated = make_law(law.law, law.arguments, f"{spec.path} [priors] {name}")
+            return dataclasses.replace(one, law=stated)
+    return one
 
 
 def given_laws(spec: Spec) -> dict[str, AbstractLaw]:
@@ -196,50 +197,91 @@ def _physical(
         )
         yield from _spread(spec, Parameter(name, symbol, unit, default), tracks)
     for effect in effects:
+        own = _of_a_record(spec.model.only.get(effect.name), tracks)
         for info in effect.parameters():
             for label, prior in zip(info.labels, info.priors, strict=True):
                 if label not in known:
-                    one = Parameter(label, info.symbol, info.unit, _described(prior))
-                    yield from _spread(spec, one, tracks)
+                    one = of_effect(info, label, _described(prior))
+                    yield from _spread(spec, dataclasses.replace(one, **own), tracks)
+
+
+def of_effect(info: ParameterInfo, label: str, law: AbstractLaw) -> Parameter:
+    """Return one number of an effect: `mu`, or of several `mu_branch[1]`."""
+    number = str(1 + info.labels.index(label)) if len(info.labels) > 1 else ""
+    places = (number,) if number else ()
+    return Parameter(
+        label, info.symbol, info.unit, law, name=info.name, places=places, number=number
+    )
+
+
+def _of_a_record(scope: str | None, tracks: tuple[Track, ...]) -> dict[str, str]:
+    """Record and cylinder that an effect is confined to, where it is confined to a record."""
+    found = next((t for t in tracks if t.label == scope), None)
+    return {} if found is None else {"record": found.name, "cylinder": found.cylinder}
 
 
 def _spread(spec: Spec, one: Parameter, tracks: tuple[Track, ...]) -> Iterator[Parameter]:
     """Yield the parameter once, or once for each kind, cylinder or record it varies by."""
     by = spec.model.vary.get(one.label)
     if by is None:
-        yield Parameter(one.label, one.symbol, one.unit, _law(spec, one.label, one.law))
+        yield _stated(spec, one)
         return
-    place = ("kind", "cylinder", "record").index(by)
-    for scope in dict.fromkeys(t.scope[place] for t in tracks):
-        label = f"{one.label}[{scope}]"
-        yield Parameter(label, one.symbol, one.unit, _law(spec, label, one.law), varies=True)
+    views = {
+        "kind": lambda t: {"kind": t.kind},
+        "cylinder": lambda t: {"cylinder": t.cylinder},
+        "record": lambda t: {"record": t.name, "cylinder": t.cylinder},
+    }
+    for view in {tuple(views[by](t).items()): None for t in tracks}:
+        places = tuple(word for _, word in view)
+        more = dict(view) | {"name": one.base, "places": one.places + places, "varies": True}
+        label = f"{one.label}[{','.join(places)}]"
+        yield _stated(spec, dataclasses.replace(one, label=label, **more))
 
 
 def pump_angles(
     effects: Iterable[type[AbstractEffect]], tracks: Iterable[Track]
 ) -> list[Parameter]:
     """Angles at which records found the pump where effects beat with it: all angles are alike."""
-    labels = dict.fromkeys(beating(effects, tracks).values())
-    law = _described(ANY_ANGLE)
-    return [Parameter(label, r"\varphi_\mathrm{r}", "rad", law) for label in labels]
+    listed = tuple(tracks)
+    labels, law = beating(effects, listed), _described(ANY_ANGLE)
+    found: dict[str, Parameter] = {}
+    for t in (t for t in listed if t.label in labels):
+        shared = labels[t.label] == f"{PUMP_ANGLE}[{t.name}]"
+        places = (t.name,) if shared else (t.name, t.cylinder)
+        found[labels[t.label]] = of_record(PUMP_ANGLE, places, r"\varphi_\mathrm{r}", "rad", law)
+    return list(found.values())
+
+
+def of_record(
+    name: str, places: tuple[str, ...], symbol: str, unit: str, law: AbstractLaw
+) -> Parameter:
+    """Return a number of a record's own.
+
+    - `places`: the record, then the cylinder where it is one cylinder's, then the stretch.
+    """
+    record, cylinder = (*places[:2], "")[:2]
+    label = f"{name}[{','.join(places)}]"
+    return Parameter(
+        label, symbol, unit, law, name=name, places=places, record=record, cylinder=cylinder
+    )
 
 
 def _local(spec: Spec, track: Track) -> Iterator[Parameter]:
     """Numbers of one record: flow fractions, preload, instant of release."""
+    own = (track.name, track.cylinder)
     for level in track.open_levels:
-        label = flow_label(track, level)
+        name, places = flow_name(track, level)
         prior = _described(KAPPA_PRIOR if level == 1 else TANK_PRIOR)
-        yield Parameter(label, r"\kappa", "1", _law(spec, label, prior))
+        yield _stated(spec, of_record(name, places, r"\kappa", "1", prior))
     if track.onset is None:
         return
     record = next(r for r in spec.records if (r.name, r.cylinder) == (track.name, track.cylinder))
     assert record.preload is not None  # a spec states one for every release
     preload = {"mean": record.preload.value, "sd": record.preload.sd}
-    label = f"preload[{track.label}]"
-    law = _law(spec, label, make_law("normal", preload, label))
-    yield Parameter(label, r"F_0", "N", law)
-    label = f"release_time[{track.label}]"
-    yield Parameter(label, r"t_0", "s", _law(spec, label, _release_law(record.release_time, track)))
+    law = make_law("normal", preload, f"preload[{track.label}]")
+    yield _stated(spec, of_record("preload", own, r"F_0", "N", law))
+    law = _release_law(record.release_time, track)
+    yield _stated(spec, of_record("release_time", own, r"t_0", "s", law))
 
 
 def _release_law(given, track: Track) -> AbstractLaw:
@@ -270,5 +312,7 @@ def _noise(
     for quantity, cylinder in seen:
         label = f"noise[{quantity},{cylinder}]"
         prior = {"median": spec.sensors[quantity].noise, "factor": NOISE_FACTOR}
-        law = _law(spec, label, make_law("lognormal", prior, label))
-        yield Parameter(label, r"\sigma", UNITS[quantity], law)
+        law, places = make_law("lognormal", prior, label), (quantity, cylinder)
+        yield _stated(spec, Parameter(
+            label, r"\sigma", UNITS[quantity], law, name="noise", places=places, cylinder=cylinder
+        ))  # fmt: skip

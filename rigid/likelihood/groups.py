@@ -12,7 +12,7 @@ from jax import Array
 
 from rigid.effects import AbstractEffect
 from rigid.kinds.base import Solver
-from rigid.likelihood.parameters import scoped
+from rigid.likelihood.parameters import Scoped
 from rigid.likelihood.tracks import Track
 from rigid.physics.rig import acting, build_rig
 from rigid.solve import full, inverse, release, slow, staggered
@@ -53,7 +53,7 @@ class SlowGroup(AbstractGroup):
     def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
         """Return load, stroke and pressure."""
         drives = tuple(t.drive for t in self.tracks if t.drive is not None)
-        seen = scoped(values, self.tracks[0].scope)
+        seen = Scoped(values, self.tracks[0].scope)
         rig = build_rig(self.effects, seen)
         framed = self.tracks[0].of.contact == "frame"
         contact = seen["k_frame"] * (1.0 if framed else 0.0)
@@ -101,7 +101,7 @@ class ReleaseGroup(AbstractGroup):
 
     def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
         """Return the acceleration, 0 before the release."""
-        rig = build_rig(self.effects, scoped(values, self.tracks[0].scope))
+        rig = build_rig(self.effects, Scoped(values, self.tracks[0].scope))
         preload = jnp.stack([values[f"preload[{t.label}]"] for t in self.tracks])
         delay = jnp.stack([t.onset_time - values[f"release_time[{t.label}]"] for t in self.tracks])
         onsets = [t.onset for t in self.tracks if t.onset is not None]
@@ -127,7 +127,7 @@ class MotionGroup(AbstractGroup):
 
     def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
         """Return the force; it follows from the motion, and nothing is solved."""
-        seen = scoped(values, self.tracks[0].scope)
+        seen = Scoped(values, self.tracks[0].scope)
         along = inverse.together([t.along for t in self.tracks if t.along is not None])
         return {"force": inverse.force(inverse.build_body(self.effects, seen), along)}
 
@@ -155,11 +155,20 @@ def beating(effects: Iterable[type[AbstractEffect]], tracks: Iterable[Track]) ->
 
 
 def flow_label(track: Track, level: int) -> str:
-    """Label of a record's flow fraction: `kappa` with the valve open, `kappa_tank` to the tank."""
+    """Label of a record's flow fraction."""
+    name, places = flow_name(track, level)
+    return f"{name}[{','.join(places)}]"
+
+
+def flow_name(track: Track, level: int) -> tuple[str, tuple[str, ...]]:
+    """Name of a flow fraction and what it belongs to: record, cylinder, stretch after the first.
+
+    `kappa` with the valve open, `kappa_tank` to the tank.
+    """
+    own = (track.name, track.cylinder)
     if level == 1:
-        return f"kappa[{track.label}]"
-    number = "" if level == 2 else f",{level - 1}"
-    return f"kappa_tank[{track.label}{number}]"
+        return "kappa", own
+    return "kappa_tank", own if level == 2 else (*own, str(level - 1))
 
 
 @dataclasses.dataclass(frozen=True)

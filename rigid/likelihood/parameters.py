@@ -1,6 +1,6 @@
 """The list of uncertain numbers of a fit: labels, laws, and the map from z to SI values."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TypeVar
 
 import equinox as eqx
@@ -17,10 +17,15 @@ Value = TypeVar("Value")
 class Parameter(eqx.Module):
     """One uncertain number.
 
-    - `label`: its flat name, `k_LC`, `kappa[free-run-2,A]`.
-    - `symbol`: TeX. - `unit`: SI. - `law`: its prior.
-    - `varies`: whether it is one of several values of a number that varies by kind, cylinder or
-      record.
+    - `label`: its flat name, `k_LC`, `kappa[free-run-2,A]`. - `symbol`: TeX. - `unit`: SI.
+    - `law`: its prior. - `varies`: whether it is one of several values of a number that varies by
+      kind, cylinder or record.
+    - `name`: without what it belongs to, `kappa`; left out: the label. - `places`: what stands in
+      the label's brackets, in their order. - `number`: which of several of one name, of an effect.
+    - `record`, `cylinder`, `kind`: what it belongs to; "" where it belongs to none. With a record
+      but no cylinder it belongs to all cylinders of that record.
+
+    The label is made of the rest, and nobody reads it again.
     """
 
     label: str = eqx.field(static=True)
@@ -28,11 +33,31 @@ class Parameter(eqx.Module):
     unit: str = eqx.field(static=True)
     law: AbstractLaw
     varies: bool = eqx.field(static=True, default=False)
+    name: str = eqx.field(static=True, default="")
+    places: tuple[str, ...] = eqx.field(static=True, default=())
+    number: str = eqx.field(static=True, default="")
+    record: str = eqx.field(static=True, default="")
+    cylinder: str = eqx.field(static=True, default="")
+    kind: str = eqx.field(static=True, default="")
 
     @property
     def base(self) -> str:
         """Name without the record, cylinder or kind it belongs to."""
-        return self.label.split("[")[0]
+        return self.name or self.label
+
+    @property
+    def view(self) -> str:
+        """Label of the kind, the cylinder or the record in which it has this value."""
+        return self.kind or ",".join(word for word in (self.record, self.cylinder) if word)
+
+    @property
+    def numbered_symbol(self) -> str:
+        """TeX with the number of a branch in place of its index."""
+        return self.symbol.replace("_i", f"_{self.number}") if self.number else self.symbol
+
+    def is_own(self, record: str, cylinder: str) -> bool:
+        """Whether it belongs to a record, as measured on a cylinder, and not to all records."""
+        return self.record == record and self.cylinder in ("", cylinder)
 
 
 class Parameters(eqx.Module):
@@ -70,17 +95,24 @@ def collect(parameters: Iterable[Parameter]) -> Parameters:
     )
 
 
-def scoped(values: Mapping[str, Value], scope: Sequence[str]) -> dict[str, Value]:
-    """Values as one record sees them: `mu[free-run]` becomes `mu` where "free-run" is in `scope`.
+class Scoped(Mapping[str, Value]):
+    """Values as one record sees them: `mu` is `mu[free-run]` where "free-run" is in its scope.
 
-    - `scope`: the record's kind, its cylinder and "name,cylinder".
+    - `values`: by label. - `scope`: the record's kind, its cylinder and "name,cylinder".
     """
-    seen = dict(values)
-    for label, value in values.items():
-        base, _, rest = label.rpartition("[")
-        if base and rest[:-1] in scope:
-            seen[base] = value
-    return seen
+
+    def __init__(self, values: Mapping[str, Value], scope: Sequence[str]):
+        self._values, self._scope = values, scope
+
+    def __getitem__(self, name: str) -> Value:
+        own = (f"{name}[{place}]" for place in self._scope)
+        return self._values[next((label for label in own if label in self._values), name)]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
 
 
 def require_known(given: Iterable[str], allowed: Iterable[str], where: str) -> None:

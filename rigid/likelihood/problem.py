@@ -88,6 +88,10 @@ class Problem(eqx.Module):
         """All tracks, group by group."""
         return tuple(t for group in self.groups for t in group.tracks)
 
+    def track(self, label: str) -> Track:
+        """Return the track of a label, "record,cylinder"."""
+        return next(t for t in self.tracks if t.label == label)
+
     @property
     def of_the_rig(self) -> bool:
         """Whether a record is of the rig; motions alone may be those of any machine."""

@@ -6,7 +6,7 @@ every sensor.
 """
 
 import dataclasses
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 from functools import cached_property
 
 import equinox as eqx
@@ -17,7 +17,7 @@ from jax import Array
 
 from rigid.effects import AbstractEffect
 from rigid.inference.newton import is_noise
-from rigid.likelihood.assemble import pump_angles
+from rigid.likelihood.assemble import of_effect, pump_angles
 from rigid.likelihood.parameters import Parameter
 from rigid.likelihood.priors import AbstractLaw
 from rigid.likelihood.problem import Problem
@@ -64,7 +64,7 @@ class Hypothesis:
         """
         angles = pump_angles([effect], self.problem.tracks)
         own = [
-            Parameter(label, info.symbol, info.unit, law)
+            of_effect(info, label, law)
             for label, (info, law) in laws_of(effect, self.given).items()
             if not law.known
         ]
@@ -116,6 +116,27 @@ class Hypothesis:
         """SI values of what the problem knows, and 0 for each noise level."""
         known = {p.label: float(p.law.from_standard(0.0)) for p in self.problem.parameters.known}
         return known | {p.label: 0.0 for p in self.problem.parameters.sampled if p.base == "noise"}
+
+    def own_of(self, tracks: Container[str]) -> np.ndarray:
+        """Which entries of w (size,) belong to some tracks and to none of the others.
+
+        - `tracks`: labels, "record,cylinder". A number that both cylinders of a record share is
+          own to the two of them together. Sensors and what varies by kind or cylinder are not.
+        """
+        listed = self.problem.tracks
+        inside = [t for t in listed if t.label in tracks]
+        rest = [t for t in listed if t.label not in tracks]
+        own = [
+            any(p.is_own(t.name, t.cylinder) for t in inside)
+            and not any(p.is_own(t.name, t.cylinder) for t in rest)
+            for p in self.parameters
+        ]
+        return np.array([*own, *[False] * (self.size - len(own))])
+
+    def of_track(self, label: str) -> list[int]:
+        """Entries of w that one more record like a track would have anew."""
+        track = self.problem.track(label)
+        return [i for i, p in enumerate(self.parameters) if p.is_own(track.name, track.cylinder)]
 
     def sensors(self, w: np.ndarray) -> np.ndarray:
         """Gains and zeros on their standard scale (sensors, 2)."""

@@ -6,7 +6,6 @@ flow, its preload) are integrated over when it is judged, not plugged in.
 """
 
 import itertools
-from collections.abc import Container, Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -75,11 +74,9 @@ def _log_integral(precision: np.ndarray, pull: np.ndarray, value: float) -> floa
 
 def _predicted(local: Local, rows: np.ndarray, rest: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
     """Change of w when some rows are left out, their record's own numbers fitted to them."""
-    labels = local.hypothesis.labels
     layout = local.layout
-    places = places_of(layout.tracks, {layout.tracks[i] for i in np.unique(layout.track[rows])})
-    own = np.array([label.endswith("]") and label.split("[")[1][:-1] in places for label in labels])
-    own = np.concatenate([own, np.zeros(len(local.w) - len(labels), dtype=bool)])
+    out = {layout.tracks[i] for i in np.unique(layout.track[rows])}
+    own = local.hypothesis.own_of(out)
     moved = np.linalg.solve(*rest)
     if own.any():
         precision, pull = local.information, local.gradient
@@ -87,12 +84,6 @@ def _predicted(local: Local, rows: np.ndarray, rest: tuple[np.ndarray, np.ndarra
         shared = pull[free] - precision[np.ix_(free, held)] @ moved[held]
         moved[free] = np.linalg.solve(precision[np.ix_(free, free)], shared)
     return moved
-
-
-def places_of(tracks: Iterable[str], out: Container[str]) -> set[str]:
-    """Labels of the tracks that are left `out`, and names of records that are left out whole."""
-    kept = {t.split(",")[0] for t in tracks if t not in out}
-    return {place for t in tracks if t in out for place in (t, t.split(",")[0])} - kept
 
 
 def _ahead(local: Local, residual: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -118,9 +109,15 @@ class Place(NamedTuple):
     """Where an effect shows: record, channel, stretch [s], line [Hz] where there is one."""
 
     record: str
+    cylinder: str
     channel: str
     time_s: tuple[float, float] | None
     frequency_Hz: tuple[float, float] | None
+
+    @property
+    def track(self) -> str:
+        """Label of the record, "record,cylinder"."""
+        return f"{self.record},{self.cylinder}"
 
 
 def place(local: Local, gain: np.ndarray, change: np.ndarray) -> Place:
@@ -140,7 +137,8 @@ def place(local: Local, gain: np.ndarray, change: np.ndarray) -> Place:
     times = layout.time[rows]
     stretch = (float(times[first]), float(times[last]))
     line = _line(change[rows][first : last + 1], channel.interval)
-    return Place(channel.track, channel.quantity, stretch, line)
+    track = layout.problem.track(channel.track)
+    return Place(track.name, track.cylinder, channel.quantity, stretch, line)
 
 
 def _line(change: np.ndarray, interval: float) -> tuple[float, float] | None:

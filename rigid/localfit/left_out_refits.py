@@ -98,9 +98,9 @@ def _moved(local: Local, rest: Shape, pull: np.ndarray) -> np.ndarray:
 def _shared(local: Local, rows: np.ndarray) -> np.ndarray:
     """Which numbers do not belong to the records of some rows alone (size,)."""
     tracks = {local.layout.tracks[i] for i in np.unique(local.layout.track[rows])}
-    labels = local.hypothesis.labels
-    own = [label.endswith("]") and label.split("[")[1][:-1] in tracks for label in labels]
-    return np.concatenate([~np.array(own), np.zeros(len(local.w) - len(labels), dtype=bool)])
+    shared = ~local.hypothesis.own_of(tracks)
+    shared[len(local.hypothesis.parameters) :] = False
+    return shared
 
 
 def _again(

@@ -5,7 +5,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import norm
 
-from rigid.kinds import KINDS
 from rigid.localfit.candidates import Candidate, standard_of
 from rigid.localfit.families import Family
 from rigid.localfit.local import Local, expand
@@ -50,7 +49,7 @@ def next_record(
                 continue
             changed = traces(there, programs, pair)
             for number, track in enumerate(base.layout.tracks):
-                if not any(label == f"{name}[{track}]" for label in base.hypothesis.labels):
+                if not has_setting(base, name, track):
                     continue
                 rows = (base.layout.track == number) & base.layout.read
                 apart = _apart(base, there, (here, changed[rows]), rows, amplitude)
@@ -61,13 +60,16 @@ def next_record(
 
 def worded(base: Local, number: int, name: str, factor: float) -> str:
     """Say which record it is: like number `number`, its setting `name` times `factor`."""
-    track = base.layout.tracks[number]
-    kind = next(c.kind for c in base.layout.channels if c.track == track)
-    record, cylinder = track.split(",")
+    track = base.layout.problem.track(base.layout.tracks[number])
     return (
-        f"{KINDS[kind].words} like {record} (cylinder {cylinder}) at {factor:g} times "
+        f"{track.of.words} like {track.name} (cylinder {track.cylinder}) at {factor:g} times "
         f"{SETTINGS[name]}"
     )
+
+
+def has_setting(base: Local, name: str, track: str) -> bool:
+    """Whether a record has a setting of some name, and it is uncertain."""
+    return any(base.hypothesis.parameters[i].base == name for i in base.hypothesis.of_track(track))
 
 
 def _otherwise(base: Local, name: str, factor: float) -> Local | None:
@@ -97,7 +99,7 @@ def _apart(
 ) -> float:
     """How far apart a pair is with all records and one more, whose own numbers are its own."""
     track = base.layout.tracks[int(base.layout.track[np.flatnonzero(rows)[0]])]
-    own = [i for i, label in enumerate(base.hypothesis.labels) if label.endswith(f"[{track}]")]
+    own = base.hypothesis.of_track(track)
     new = there.design[rows].copy()
     private = new[:, own]
     new[:, own] = 0.0

@@ -16,7 +16,7 @@ from rigid.inference.posterior import load_posterior
 from rigid.io.errors import InputError
 from rigid.kinds import KINDS
 from rigid.likelihood.assemble import chosen_effects, sheets
-from rigid.likelihood.parameters import scoped
+from rigid.likelihood.parameters import Scoped
 from rigid.physics.rig import PRESLIDING, build_rig
 from rigid.smoothing.field import Field
 from rigid.smoothing.learning import Sheet
@@ -36,13 +36,15 @@ class Law:
     """One way the rig may be: what acts on it, and draws of its numbers.
 
     - `name`: for tables. - `weight`: its probability. - `effects`: what acts.
-    - `values`: (draws,) by flat label, sensors' gains and zeros included.
+    - `values`: (draws,) by flat label, sensors' gains and zeros included. - `labels`: all flat
+      labels of a name, `gain[load,A]` among those of `gain`.
     """
 
     name: str
     weight: float
     effects: tuple[type[AbstractEffect], ...]
     values: Mapping[str, np.ndarray]
+    labels: Mapping[str, tuple[str, ...]] = dataclasses.field(default_factory=dict)
 
     @property
     def size(self) -> int:
@@ -63,7 +65,8 @@ class Law:
 
     def with_sensors_of(self, other: "Law") -> "Law":
         """Return this rig with the sensors of another draw or draws."""
-        sensors = {k: v for k, v in other.values.items() if k.startswith(("gain[", "zero["))}
+        labels = (k for name in ("gain", "zero") for k in other.labels.get(name, ()))
+        sensors = {label: other.values[label] for label in labels}
         return dataclasses.replace(self, values=dict(self.values) | sensors)
 
 
@@ -114,13 +117,17 @@ def read_law(spec: Spec, path: Path, rng: np.random.Generator, folder: Path | No
     """
     tree = load_posterior(path)
     _require_same(spec, path, tree)
-    values = _values(tree["posterior"].to_dataset())
+    named = _values(tree["posterior"].to_dataset())
+    values = {label: column for one in named.values() for label, column in one.items()}
     if "constant_data" in tree.children:
         for name, known in tree["constant_data"].to_dataset().data_vars.items():
             values[str(name)] = np.atleast_1d(np.asarray(known.values, dtype=float))
     at = spec if folder is None else spec.model_copy(update={"path": folder / spec.path.name})
-    law = Law("/".join(spec.model.effects), 1.0, chosen_effects(at), values)
-    return dataclasses.replace(law, values=values | _unknown_sensors(spec, law, rng))
+    for name, one in _unknown_sensors(spec, values, rng).items():
+        named[name] = named.get(name, {}) | one
+        values |= one
+    labels = {name: tuple(one) for name, one in named.items()}
+    return Law("/".join(spec.model.effects), 1.0, chosen_effects(at), values, labels)
 
 
 def _require_same(spec: Spec, path: Path, tree: xr.DataTree) -> None:
@@ -150,9 +157,9 @@ def _body(path: Path, tree: xr.DataTree) -> SpecBody:
         raise InputError(f"{path}: does not tell of which spec it is the posterior") from None
 
 
-def _values(body: xr.Dataset) -> dict[str, np.ndarray]:
-    """Flat labels of a posterior group, (draws,) each."""
-    out = {}
+def _values(body: xr.Dataset) -> dict[str, dict[str, np.ndarray]]:
+    """Flat labels of a posterior group by name, (draws,) each."""
+    out: dict[str, dict[str, np.ndarray]] = {}
     for name, variable in body.data_vars.items():
         if "frequency" in variable.dims:
             continue
@@ -163,27 +170,34 @@ def _values(body: xr.Dataset) -> dict[str, np.ndarray]:
             words = [str(variable[d].values[i]) for d, i in zip(dims, place, strict=True)]
             column = flat[(slice(None), *place)]
             if np.isfinite(column).all():
-                out[_label(str(name), words[:own], words[own:])] = column
+                label = _label(str(name), words[:own], words[own:])
+                out.setdefault(str(name), {})[label] = column
     return out
 
 
 def _label(name: str, own: Sequence[str], view: Sequence[str]) -> str:
-    while own and own[-1] == "1" and name.startswith("kappa_tank"):
+    while own and own[-1] == "1" and name == "kappa_tank":
         own = own[:-1]
     return name + "".join(f"[{','.join(words)}]" for words in (own, view) if words)
 
 
-def _unknown_sensors(spec: Spec, law: Law, rng: np.random.Generator) -> dict[str, np.ndarray]:
-    """Gain, zero and noise of the field records' sensors that no calibration record read."""
-    out, size = {}, law.size
+def _unknown_sensors(
+    spec: Spec, known: Mapping[str, np.ndarray], rng: np.random.Generator
+) -> dict[str, dict[str, np.ndarray]]:
+    """Gain, zero and noise of the field records' sensors that no calibration record read.
+
+    - `known`: (draws,) by label.
+    """
+    out: dict[str, dict[str, np.ndarray]] = {"gain": {}, "zero": {}, "noise": {}}
+    size = max(v.size for v in known.values())
     for record in spec.records:
         for quantity in QUANTITIES if KINDS[record.kind].contact == "ice" else ():
             place, sheet = f"[{quantity},{record.cylinder}]", sheets(spec)[quantity]
-            if f"gain{place}" not in law.values:
-                out[f"gain{place}"] = sheet.gain_sd * rng.standard_normal(size)
-                out[f"zero{place}"] = sheet.zero_sd * rng.standard_normal(size)
-            if f"noise{place}" not in law.values:
-                out[f"noise{place}"] = np.array([sheet.noise])
+            if f"gain{place}" not in known:
+                out["gain"][f"gain{place}"] = sheet.gain_sd * rng.standard_normal(size)
+                out["zero"][f"zero{place}"] = sheet.zero_sd * rng.standard_normal(size)
+            if f"noise{place}" not in known:
+                out["noise"][f"noise{place}"] = np.array([sheet.noise])
     return out
 
 
@@ -192,12 +206,12 @@ def draws(law: Law, field: Field) -> Draws:
 
     Raises InputError where the posterior has no value of a parameter for field records.
     """
-    seen = {n: np.array([v]) for n, v in LATER.items()}
-    seen |= scoped(law.values, (field.kind, field.cylinder, field.label))
+    later = {n: np.array([v]) for n, v in LATER.items()}
+    seen = Scoped(later | dict(law.values), (field.kind, field.cylinder, field.label))
     names = [*CORE, *LATER, *(n for e in law.effects for p in e.parameters() for n in p.labels)]
     for name in names:
         if name not in seen:
-            known = [k for k in seen if k.startswith(f"{name}[")]
+            known = law.labels.get(name, ())
             told = f"only {', '.join(known)}" if known else "none at all"
             raise InputError(
                 f"the posterior has no {name} for field records, {told}; fit a model in which "

@@ -10,7 +10,7 @@ from table import Row
 
 from rigid.likelihood.channels import make_pieces
 from rigid.likelihood.groups import SlowGroup
-from rigid.likelihood.parameters import Parameter, Parameters
+from rigid.likelihood.parameters import Parameters
 from rigid.likelihood.problem import Problem, log_posterior
 from rigid.likelihood.tracks import Series, Track
 
@@ -66,9 +66,10 @@ def shifted(track: Track, number: int) -> Track:
     assert drive is not None  # a slow record has one
     rng = np.random.default_rng(number)
     switches = tuple(float(s + rng.uniform(-JITTER, JITTER)) for s in drive.switches)
-    label = f"{track.name}-{number},{track.cylinder}"
+    name = f"{track.name}-{number}"
+    label = f"{name},{track.cylinder}"
     return dataclasses.replace(
-        track, label=label, drive=dataclasses.replace(drive, switches=switches)
+        track, label=label, name=name, drive=dataclasses.replace(drive, switches=switches)
     )
 
 
@@ -79,7 +80,7 @@ def problem_of(base: Problem, tracks: tuple[Track, ...]) -> Problem:
     kept = [p for p in base.parameters.sampled if of not in p.label]
     local = [p for p in base.parameters.sampled if of in p.label]
     added = [
-        Parameter(p.label.replace(of, t.label), p.symbol, p.unit, p.law)
+        dataclasses.replace(p, label=p.label.replace(of, t.label), record=t.name)
         for t in tracks
         for p in local
     ]

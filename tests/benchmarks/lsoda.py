@@ -19,7 +19,7 @@ from rigid.effects.bristle import SPEED_ROUNDING
 from rigid.effects.pump_curve import HALF_DROP, MEAN_FLOW, STEEPNESS
 from rigid.likelihood.channels import fitted
 from rigid.likelihood.groups import AbstractGroup, flow_label
-from rigid.likelihood.parameters import scoped
+from rigid.likelihood.parameters import Scoped
 from rigid.likelihood.problem import LOG_2PI, Problem
 from rigid.likelihood.tracks import Track
 from rigid.physics.rig import CORE_SCALES
@@ -123,7 +123,7 @@ class LsodaPosterior:
     def _group(self, group: AbstractGroup, values: Values) -> dict[str, np.ndarray]:
         out = {q: np.zeros((group.samples, len(group.tracks), 1)) for q in group.quantities}
         for i, track in enumerate(group.tracks):
-            seen = scoped(values, track.scope)
+            seen = Scoped(values, track.scope)
             one = self._slow(track, seen) if track.drive else self._release(track, seen)
             for quantity, (first, series) in one.items():
                 out[quantity][first : first + len(series), i, 0] = series

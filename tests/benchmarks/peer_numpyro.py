@@ -18,7 +18,7 @@ from release import alone
 
 from rigid.inference.search import search_from
 from rigid.likelihood.channels import fitted
-from rigid.likelihood.parameters import scoped
+from rigid.likelihood.parameters import Scoped
 from rigid.likelihood.problem import Problem
 from rigid.physics.rig import Rig, Surroundings, build_rig
 from rigid.physics.sensors import readings
@@ -63,7 +63,7 @@ def gradient_seconds(bench: Bench) -> float:
     values = {k: v[0] for k, v in listed.items()}
     for group in problem.groups:
         for track in group.tracks:
-            seen = scoped(values, track.scope)
+            seen = Scoped(values, track.scope)
             rig = build_rig(problem.effects, seen)
             state = begin(track, rig, values)
             for stretch in stretches(track, seen):
@@ -84,7 +84,7 @@ def log_likelihood(problem: Problem, z: Array) -> Array:
     """Of one release through diffrax, z (size,)."""
     listed = problem.parameters.values(z[None])
     track, values = problem.groups[0].tracks[0], {k: v[0] for k, v in listed.items()}
-    rig = build_rig(problem.effects, scoped(values, track.scope))
+    rig = build_rig(problem.effects, Scoped(values, track.scope))
     onset = track.onset or 0
     delay = track.onset_time - values[f"release_time[{track.label}]"]
     after = delay + track.interval * jnp.arange(track.samples - onset)

@@ -11,7 +11,7 @@ import numpy as np
 from jax import Array
 
 from rigid.likelihood.groups import flow_label
-from rigid.likelihood.parameters import scoped
+from rigid.likelihood.parameters import Scoped
 from rigid.likelihood.problem import Problem
 from rigid.likelihood.tracks import Track
 from rigid.physics.rig import Rig, Surroundings, build_rig
@@ -76,7 +76,7 @@ def simulated(problem: Problem, track: Track, values: dict, tolerance: float) ->
 
     - `values`: SI by label, scalars.
     """
-    seen = scoped(values, track.scope)
+    seen = Scoped(values, track.scope)
     rig = build_rig(problem.effects, seen)
     state, parts = begin(track, rig, values), []
     for outside, times, is_sample in stretches(track, seen):

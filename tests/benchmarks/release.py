@@ -12,7 +12,7 @@ from table import Row, ratio_row
 from rigid.inference.sample import cores
 from rigid.likelihood.channels import Piece
 from rigid.likelihood.groups import ReleaseGroup
-from rigid.likelihood.parameters import scoped
+from rigid.likelihood.parameters import Scoped
 from rigid.likelihood.problem import Problem, predict, walkers
 from rigid.likelihood.tracks import Track
 from rigid.physics.rig import CORE_SCALES
@@ -80,7 +80,7 @@ def rows(bench: Bench) -> list[Row]:
     values = problem.parameters.values(jnp.asarray(z[:1]))
     v = {k: x.item() for k, x in jax.device_get(values).items()}
     v |= {"onset": float(track.onset_time)}
-    v = scoped(v, track.scope)
+    v = Scoped(v, track.scope)
     theirs = median_time(lambda: log_likelihood(v, track, data), 10 * bench.runs)
     series = np.asarray(predict(problem, jnp.asarray(z[:1]))[0]["acceleration"])[:, 0, 0]
     apart = np.abs(series[track.onset :] - swing(v, track)).max()

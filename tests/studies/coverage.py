@@ -22,6 +22,7 @@ some.
 
 import argparse
 import csv
+import dataclasses
 import datetime
 import sys
 import tempfile
@@ -229,16 +230,14 @@ def halved(found):
     import equinox as eqx
     import jax.numpy as jnp
 
-    from rigid.likelihood.parameters import Parameter, Parameters
+    from rigid.likelihood.parameters import Parameters
     from rigid.likelihood.priors import Normal
 
     problem = found.problem
     parameters, best = problem.parameters, found.optima[0].z
     level = parameters.values(jnp.asarray(best[None]))
     known = tuple(
-        Parameter(
-            p.label, p.symbol, p.unit, Normal(0.5 * level[p.label][0], jnp.asarray(0.0)), p.varies
-        )
+        dataclasses.replace(p, law=Normal(0.5 * level[p.label][0], jnp.asarray(0.0)))
         for p in parameters.sampled
         if p.base == "noise"
     )

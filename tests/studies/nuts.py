@@ -127,13 +127,10 @@ def quantities(problem, values) -> dict:
     return named | {f"abs(mu) at {HERTZ:g} Hz": frictions(problem, values)[""].magnitude[:, at]}
 
 
-def one_of(drawn, label: str):
-    """Draws (n,) of a flat label, `kappa[free-run-2,A]`, from a dataset with dimensions."""
-    from rigid.inference.export import indexed
-
-    name, places = indexed(label)
-    series = drawn[name]
-    return series.sel(dict(zip(series.dims[2:], places, strict=True))).values.ravel()
+def one_of(drawn, parameter):
+    """Draws (n,) of a parameter from a dataset with dimensions."""
+    series = drawn[parameter.base]
+    return series.sel(dict(zip(series.dims[2:], parameter.places, strict=True))).values.ravel()
 
 
 def of_emcee(path: Path, problem) -> dict:
@@ -143,7 +140,7 @@ def of_emcee(path: Path, problem) -> dict:
     from rigid.inference.posterior import load_posterior
 
     drawn = load_posterior(path)["posterior"].dataset
-    values = {k: one_of(drawn, k) for k in problem.parameters.labels}
+    values = {p.label: one_of(drawn, p) for p in problem.parameters.sampled}
     known = {p.label: float(p.law.from_standard(np.zeros(1))[0]) for p in problem.parameters.known}
     count = len(next(iter(values.values())))
     return values | {k: np.full(count, v) for k, v in known.items()}

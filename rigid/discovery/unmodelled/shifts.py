@@ -7,7 +7,7 @@ has, each kind's rows alone.
 """
 
 import dataclasses
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -53,7 +53,7 @@ class Shift(AbstractHidden):
         """
         local, layout = fit.local, fit.local.layout
         rows = [layout.of_kinds((kind,)) for kind in layout.kinds]
-        listed = constants(local.hypothesis.parameters, layout.problem.effects, layout.tracks)
+        listed = constants(local.hypothesis.parameters, layout.problem.effects)
         return shifted(local.design, rows, listed)
 
     @property
@@ -89,14 +89,9 @@ class Shift(AbstractHidden):
 
 
 def constants(
-    parameters: Sequence[Parameter],
-    effects: Sequence[type[AbstractEffect]],
-    tracks: Collection[str],
+    parameters: Sequence[Parameter], effects: Sequence[type[AbstractEffect]]
 ) -> dict[int, Shift]:
-    """Numbers of a fit that are held equal in all records, by their place.
-
-    - `tracks`: labels of the records, some of which have numbers of their own.
-    """
+    """Numbers of a fit that are held equal in all records, by their place."""
     equations = EQUATIONS | {
         label: effect.equation
         for effect in effects
@@ -106,7 +101,7 @@ def constants(
     return {
         i: Shift(one.label, equations.get(one.label, PLUNGER))
         for i, one in enumerate(parameters)
-        if not one.varies and one.label.split("[")[-1].rstrip("]") not in tracks
+        if not one.varies and not one.record
     }
 
 

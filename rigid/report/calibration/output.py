@@ -4,6 +4,7 @@ import json
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -12,6 +13,7 @@ from rigid.inference.calibrate import KEPT_STEPS, Calibrated
 from rigid.inference.derived import frictions, overall_gap, values_of
 from rigid.inference.export import (
     about,
+    about_sensors,
     dataset,
     diagnostics,
     log_likelihood,
@@ -22,7 +24,6 @@ from rigid.inference.friction_curve import FREQUENCIES
 from rigid.inference.posterior import chain_coords, save_posterior
 from rigid.inference.summary import Check, Cost, Gap, ParameterRow, Result, summarise
 from rigid.io.provenance import versions
-from rigid.physics.sensors import UNITS
 from rigid.report.paper_values import of_the_paper, published
 from rigid.report.usability import MOST_CHANNEL_GAP, MOST_GAP
 from rigid.spec import Spec
@@ -40,14 +41,25 @@ BAD_TAIL = 0.7
 PRIOR_DRAWS = 2000
 
 
-def friction_at(done: Calibrated) -> dict[str, np.ndarray]:
-    """|mu| of the draws at REPORTED_HZ, (chain, draw) by label."""
+class At(NamedTuple):
+    """A frequency [Hz], and the view of the rig whose friction it is; "" where all have one."""
+
+    view: str
+    hertz: float
+
+    @property
+    def label(self) -> str:
+        """Name in the tables."""
+        return f"abs_mu[{self.hertz:g} Hz{',' + self.view if self.view else ''}]"
+
+
+def friction_at(done: Calibrated) -> dict[At, np.ndarray]:
+    """|mu| of the draws at REPORTED_HZ, (chain, draw), of every view the slow one first."""
     out = {}
     for view, curve in done.frictions.items():
         for frequency in REPORTED_HZ:
             at = int(np.argmin(np.abs(FREQUENCIES - frequency)))
-            label = f"abs_mu[{frequency:g} Hz{',' + view if view else ''}]"
-            out[label] = curve.magnitude[:, at].reshape(done.shape)
+            out[At(view, frequency)] = curve.magnitude[:, at].reshape(done.shape)
     return out
 
 
@@ -61,8 +73,8 @@ def rows(done: Calibrated) -> list[ParameterRow]:
         printed = published(p.base, ours)
         figures = summarise(done.values[p.label], ensemble)
         out.append(ParameterRow(p.label, p.unit, figures, printed[0].value if printed else None))
-    for label, values in friction_at(done).items():
-        out.append(ParameterRow(label, "N s/m", summarise(values, ensemble)))
+    for at, values in friction_at(done).items():
+        out.append(ParameterRow(at.label, "N s/m", summarise(values, ensemble)))
     return out
 
 
@@ -141,11 +153,11 @@ def groups(done: Calibrated, table: Sequence[ParameterRow]) -> dict[str, xr.Data
     described = about(problem.parameters)
     coords = chain_coords(done.ensembles, shape[0] // done.ensembles, shape[1])
     sampled = {p.label: done.kept[p.label] for p in problem.parameters.sampled}
-    for label, pair in done.sensors.items():
-        quantity = label.split(",")[0]
-        for name, unit, series in zip(("gain", "zero"), ("1", UNITS[quantity]), pair, strict=True):
-            sampled[f"{name}[{label}]"] = series.reshape(shape)
-            described[f"{name}[{label}]"] = (unit, name)
+    about_pairs = about_sensors(problem)
+    for sensor, pair in done.sensors.items():
+        described |= about_pairs[sensor]
+        for label, series in zip(about_pairs[sensor], pair, strict=True):
+            sampled[label] = series.reshape(shape)
     posterior = with_friction(dataset(sampled, described, coords), done.kept_frictions, shape)
     kept = done.draws.thinned(KEPT_STEPS).log_prob
     density = np.swapaxes(kept, 1, 2).reshape(shape)
@@ -153,13 +165,15 @@ def groups(done: Calibrated, table: Sequence[ParameterRow]) -> dict[str, xr.Data
     return {
         "posterior": posterior,
         "prior": _prior(done),
-        "log_likelihood": log_likelihood(done.tracks, done.blocks, shape).assign_coords(coords),
+        "log_likelihood": log_likelihood(problem, done.tracks, done.blocks, shape).assign_coords(
+            coords
+        ),
         "sample_stats": xr.Dataset(
             {"lp": (("chain", "draw"), density, {"units": "1"}), **diagnostics(table)},
             coords=coords | {"parameter": [row.name for row in table]},
         ),
         "constant_data": xr.Dataset(
-            {k: ((), v, {"units": described[k][0]}) for k, v in known.items()}
+            {k: ((), v, {"units": described[k].unit}) for k, v in known.items()}
         ),
         **series_groups(done.shown, "posterior_predictive"),
         "prior_predictive": series_groups(done.prior_shown, "p")["p"],

@@ -13,7 +13,7 @@ from rigid.likelihood.parameters import Parameter
 from rigid.plots.metrology import significant
 from rigid.report import content as page
 from rigid.report.calibration.front import front
-from rigid.report.calibration.output import friction_at
+from rigid.report.calibration.output import At, friction_at
 from rigid.report.calibration.shown import channel_fit, corner, friction_curve, roots_shown, traces
 from rigid.report.made import made
 from rigid.report.paper_values import (
@@ -106,55 +106,50 @@ def _of_the_rig(done: Calibrated) -> tuple[page.KeyNumber, ...]:
     ]
     ours = of_the_paper(done.problem)
     out += frictions(friction_at(done), published_frictions(ours))
-    out += flow_fractions({
-        p.label: done.values[p.label] for p in sampled if p.base in ("kappa", "kappa_tank")
-    }, ours)  # fmt: skip
+    for base, worded in (("kappa", "valve open"), ("kappa_tank", "valve to the tank")):
+        listed = [done.values[p.label] for p in sampled if p.base == base]
+        out += flow_fractions(worded, listed, ours)
     return tuple(out)
 
 
-def flow_fractions(found: Mapping[str, np.ndarray], ours: bool) -> list[page.KeyNumber]:
-    """Flow fractions of all valve settings, a row for those open and one for those to the tank.
+def flow_fractions(worded: str, found: Sequence[np.ndarray], ours: bool) -> list[page.KeyNumber]:
+    """Flow fractions of all valve settings of a sort in one row; none where there are none.
 
-    - `found`: draws by label, `kappa[free-run-2,A]`, `kappa_tank[frame-1,A,2]`. - `ours`: whether
-      the rig is that of the paper.
+    - `worded`: which settings. - `found`: draws of each. - `ours`: whether the rig is that of the
+      paper.
     """
-    out = []
+    if not found:
+        return []
     own = "each record's own valve setting" + (f"; the paper gives {PAPER_KAPPA}" if ours else "")
-    for base, worded in (("kappa", "valve open"), ("kappa_tank", "valve to the tank")):
-        listed = {k: v for k, v in found.items() if k.split("[")[0] == base}
-        if not listed:
-            continue
-        ends = [_quantiles(values) for values in listed.values()]
-        middle = np.array([m for _, m, _ in ends])
-        number = _key(
-            f"flow fraction, {worded}", r"\kappa", "-", next(iter(listed.values())), (), own
-        )  # fmt: skip
-        if len(listed) > 1:
-            low, high = significant(float(middle.min()), "-"), significant(float(middle.max()), "-")
-            number = dataclasses.replace(
-                number,
-                label=f"flow fractions, {worded} ({len(listed)} settings)",
-                q05=min(low for low, _, _ in ends),
-                q95=max(high for _, _, high in ends),
-                range=f"{low} to {high}",
-                reading=f"{number.reading}; all of them stand under Parameters",
-            )
-        out.append(number)
-    return out
+    ends = [_quantiles(values) for values in found]
+    middle = np.array([m for _, m, _ in ends])
+    number = _key(f"flow fraction, {worded}", r"\kappa", "-", found[0], (), own)
+    if len(found) == 1:
+        return [number]
+    low, high = significant(float(middle.min()), "-"), significant(float(middle.max()), "-")
+    return [
+        dataclasses.replace(
+            number,
+            label=f"flow fractions, {worded} ({len(found)} settings)",
+            q05=min(low for low, _, _ in ends),
+            q95=max(high for _, _, high in ends),
+            range=f"{low} to {high}",
+            reading=f"{number.reading}; all of them stand under Parameters",
+        )
+    ]
 
 
 def frictions(
-    found: Mapping[str, np.ndarray], printed: Sequence[tuple[float | None, Published]]
+    found: Mapping[At, np.ndarray], printed: Sequence[tuple[float | None, Published]]
 ) -> list[page.KeyNumber]:
     """Friction at both ends of what is on record; once where it is the same at all frequencies.
 
-    - `found`: draws of |mu| [N s/m] by label, of every view the slow one first, as `friction_at`
-      gives them. - `printed`: what the paper says of mu, the first of the fast one.
+    - `found`: draws of |mu| [N s/m], as `friction_at` gives them. - `printed`: what the paper says
+      of mu, the first of the fast one.
     """
     views: dict[str, list[tuple[float, np.ndarray]]] = {}
-    for label, values in found.items():
-        frequency, _, view = label[7:-1].partition(",")
-        views.setdefault(view, []).append((float(frequency.removesuffix(" Hz")), values))
+    for at, values in found.items():
+        views.setdefault(at.view, []).append((at.hertz, values))
     out = []
     for view, listed in views.items():
         said = f" ({view})" if view else ""

@@ -99,10 +99,7 @@ def corner(done: Calibrated) -> shown.Draws | None:
     ours = of_the_paper(done.problem)
     printed = [published(p.base, ours) for p in chosen]
     marks = tuple(values[0].value if values else None for values in printed)
-    symbols = tuple(
-        p.symbol if not p.label.endswith("]") else p.symbol.replace("_i", "_" + p.label[-2])
-        for p in chosen
-    )
+    symbols = tuple(p.numbered_symbol for p in chosen)
     return shown.Draws(symbols, tuple(p.unit for p in chosen), flat[:, ::every], marks)
 
 
@@ -122,10 +119,8 @@ def traces(done: Calibrated) -> tuple[shown.Trace, ...]:
         rank = z[..., i].ravel().argsort().argsort().reshape(ensembles, -1)
         edges = np.linspace(0, rank.size, RANK_BINS + 1)
         ranks = np.stack([np.histogram(r, edges)[0] for r in rank])
-        symbol = p.symbol.replace("_i", "_" + p.label[-2]) if p.label.endswith("]") else p.symbol
-        out.append(shown.Trace(
-            symbol, p.unit, done.draws.warmup + np.arange(steps), means, done.draws.warmup, ranks
-        ))  # fmt: skip
+        warmup, symbol = done.draws.warmup, p.numbered_symbol
+        out.append(shown.Trace(symbol, p.unit, warmup + np.arange(steps), means, warmup, ranks))
     return tuple(out)
 
 
@@ -142,7 +137,8 @@ def roots_shown(done: Calibrated) -> shown.Roots | None:
     at = int(np.argmin(np.abs(FREQUENCIES - 80.0)))
     mu = list(done.frictions.values())[-1].dissipative[:, at]
     every = max(1, len(mu) // ROOT_DRAWS)
-    v = {label.split("[")[0]: s.ravel()[::every] for label, s in done.values.items()}
+    listed = (*done.problem.parameters.sampled, *done.problem.parameters.known)
+    v = {p.base: done.values[p.label].ravel()[::every] for p in listed}
     rigs = [
         TwoMassRig(
             float(v["M_HC"][i] - v["M_Pl"][i]),

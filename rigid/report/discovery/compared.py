@@ -1,5 +1,6 @@
 """Where model and records disagree, before and after what was added, for programs and the page."""
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,11 +28,14 @@ UNITS = sensors.UNITS | {TIME: "s", FREQUENCY: "Hz", LAG: "s", SPEED: "m/s", "po
 class Compared(NamedTuple):
     """All that was looked at, without and with what was added; `after` is None where nothing was.
 
+    - `records`: name and cylinder of a record, by its label.
+
     The surest disagreement of the model as specified comes first.
     """
 
     before: tuple[Disagreement, ...]
     after: dict[tuple[str, str, str], Disagreement] | None
+    records: Mapping[str, tuple[str, str]]
 
 
 def compared(outcome: Outcome, seed: int) -> Compared:
@@ -39,10 +43,11 @@ def compared(outcome: Outcome, seed: int) -> Compared:
     bench = outcome.bench
     traces = np.concatenate([bench.traces, bench.bumps.columns], axis=1)
     before = disagreements(outcome.base, traces, seed)
+    records = {t.label: (t.name, t.cylinder) for t in outcome.base.layout.problem.tracks}
     if outcome.final is outcome.base:
-        return Compared(before, None)
+        return Compared(before, None, records)
     after = disagreements(outcome.final, traces, seed)
-    return Compared(before, {_key(one): one for one in after})
+    return Compared(before, {_key(one): one for one in after}, records)
 
 
 def _key(one: Disagreement) -> tuple[str, str, str]:
@@ -61,7 +66,7 @@ def told(found: Compared) -> list[dict[str, Any]]:
 
 
 def _told(one: Disagreement, found: Compared) -> dict[str, Any]:
-    record, cylinder = one.record.split(",") if one.record != ALL else (None, None)
+    record, cylinder = found.records.get(one.record, (None, None))
     later = None if found.after is None else found.after.get(_key(one))
     return {
         "record": record,

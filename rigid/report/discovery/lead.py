@@ -76,8 +76,8 @@ def chance(step: Step) -> str:
 def _what(step: Step) -> str:
     if step.chosen is None:
         return (
-            "Something that none of the effects tried leaves. It shows most in record "
-            f"{step.place.record.replace(',', ', cylinder ')}, channel {step.place.channel}."
+            f"Something that none of the effects tried leaves. It shows most in record "
+            f"{step.place.record}, cylinder {step.place.cylinder}, channel {step.place.channel}."
         )
     names = [step.chosen, *(one["effect"] for one in alternatives(step))]
     return "; or ".join(introduced(step.explained, name) for name in names) + "."
@@ -123,7 +123,7 @@ def told_moves(moved: tuple[Moved, ...]) -> str:
     far = sorted((m for m in moved if abs(m.sds) >= 1.0), key=lambda m: -abs(m.sds))
     if not far:
         return "No quoted number moved by as much as its uncertainty."
-    sorts = {m.label.split("[")[0]: m for m in reversed(far)}
+    sorts = {m.name: m for m in reversed(far)}
     first = sorted(sorts.values(), key=lambda m: -abs(m.sds))[:TOLD_MOVES]
     told = ", ".join(
         f"{called(m.label, m.means)} from {significant(m.before, m.unit, 4)} to "
@@ -137,6 +137,7 @@ def told_moves(moved: tuple[Moved, ...]) -> str:
 def moves(one: Refit) -> tuple[Moved, ...]:
     """How the quoted numbers moved when an effect was added."""
     out, means = [], meanings(one.before.hypothesis)
+    names = {p.label: p.base for p in one.before.hypothesis.parameters}
     for label in quoted(one.before.hypothesis):
         before, after = interval(one.before, label), interval(one.after, label)
         at = [fit.hypothesis.labels.index(label) for fit in (one.before, one.after)]
@@ -144,7 +145,7 @@ def moves(one: Refit) -> tuple[Moved, ...]:
         size = abs(float(one.after.w[at[1]] - one.before.w[at[0]])) / sd
         sds = float(np.copysign(size, after["median"] - before["median"]))
         told = before["unit"], before["median"], after["median"], sds
-        out.append(Moved(label, means[label], *told))
+        out.append(Moved(label, names[label], means[label], *told))
     return tuple(out)
 
 

@@ -71,8 +71,8 @@ def _step(spec: Spec, step: Step, extended: Path | None) -> dict[str, Any]:
     where = step.place
     out: dict[str, Any] = {
         "where": {
-            "record": where.record.split(",")[0],
-            "cylinder": where.record.split(",")[1],
+            "record": where.record,
+            "cylinder": where.cylinder,
             "channel": where.channel,
             "time_s": list(where.time_s) if where.time_s else None,
             "frequency_Hz": list(where.frequency_Hz) if where.frequency_Hz else None,

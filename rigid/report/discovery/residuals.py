@@ -36,7 +36,7 @@ def residuals(step: Step) -> tuple[ResidualShown, ...]:
             continue
         count = max(int(rows.sum()) // 25, 1)
         before, after = (np.convolve(series, np.ones(count) / count, "same") for series in left)
-        here = (channel.track, channel.quantity) == (step.place.record, step.place.channel)
+        here = (channel.track, channel.quantity) == (step.place.track, step.place.channel)
         stretch = step.place.time_s if here else None
         out.append(
             ResidualShown(name, layout.time[rows], before, after, count, before - after, stretch)

@@ -16,9 +16,13 @@ KIND = Kind("discovery", 30, "What is missing", "discovery.html.j2", figures)
 
 
 class Moved(NamedTuple):
-    """A quoted number without and with an effect: medians, and by how many sds of the later fit."""
+    """A quoted number without and with an effect: medians, and by how many sds of the later fit.
+
+    - `name`: of the label, what it belongs to left out.
+    """
 
     label: str
+    name: str
     means: str
     unit: str
     before: float
