@@ -89,7 +89,7 @@ def whole(rng: np.random.Generator, content: bytes) -> bytes:
         lambda b: b.decode("latin-1").encode("utf-16"),
         lambda b: b.replace(b'"', b""),
         lambda b: b"A title\n" + b,
-        lambda b: b"",
+        lambda b: b[:0],
         lambda b: b[: int(rng.integers(len(b) + 1))],
         lambda b: b + b,
         lambda b: b.upper(),
@@ -119,25 +119,95 @@ def head(path: Path) -> bytes:
     return b"".join(path.read_bytes().splitlines(keepends=True)[:LINES])
 
 
+RECORDS = """\
+[model]
+effects = ["load-cell-spring", "oil-compressibility", "viscous-friction", "pump-curve"]
+
+[sensors]
+force = { noise = 2.0, gain_sd = 0.01, zero_sd = 1.0 }
+
+[[records]]
+name = "semicolons"
+kind = "free-run"
+file = "input"
+valve = [{ until = 8.0, position = "open" }, { position = "shut" }]
+[records.channels]
+time = { column = "time [s]", unit = "s" }
+stroke = { column = "way", unit = "cm" }
+pressure = { column = 3, unit = "bar", offset = -0.4e5 }
+
+[[records]]
+name = "tabs"
+kind = "frame"
+file = "input"
+[records.channels]
+time = { column = 1, unit = "ms" }
+load = { column = 2, unit = "counts", scale = 0.5 }
+pressure = { column = 3, unit = "psi" }
+
+[[records]]
+name = "field"
+kind = "field"
+file = "input"
+[records.channels]
+time = { column = "TIMESTAMP", unit = "timestamp" }
+load = { column = "Load_B", unit = "kN" }
+stroke = { column = "Stroke_B", unit = "mm" }
+pressure = { column = "Press_B", unit = "bar" }
+
+[[records]]
+name = "motion"
+kind = "motion"
+file = "input"
+corner = 20.0
+accept = ["gap", "nan", "unit", "time-not-increasing"]
+[records.channels]
+time = { column = "t", unit = "s" }
+position = { column = "x", unit = "m" }
+force = { column = "F", unit = "N" }
+"""
+"""Records of a rig and of a machine: no spec to fit, each is read alone."""
+
+
 @cache
 def texts() -> dict[str, bytes]:
     """What is damaged, by subject."""
     data = ROOT / "data" / "reference"
     logger, recorder = head(data / "frame-1.dat"), head(data / "release-1.csv")
-    plain = b"t,x,F\n" + b"".join(b"%.2f,%.4f,%d\n" % (i / 100, i / 500, 3 * i) for i in range(99))
-    named = {"TOA5": logger, "recorder": recorder, "CSV": plain}
+    times = np.arange(LINES) / 100
+    plain = "t,x,F\n" + "".join(f"{t:.2f},{t**2:.4f},{3 * t:.2f}\n" for t in times)
+    german = "time [s];way;Druck\n;cm;bar\n" + "".join(
+        f"{t:.2f};{t:.3f};{50 + 3 * t:.2f}\n".replace(".", ",") for t in times
+    )
+    bare = "# Zeit\tKraft\tp\n" + "".join(
+        f"{1e3 * t:.0f}\t{9e3 * t:.0f}\t{500 * t:.1f}\n" for t in times
+    )
     return {
         "spec": SPEC.read_bytes(),
-        **{f"table, {name}": text for name, text in named.items()},
+        "table, TOA5": logger,
+        "table, recorder": recorder,
+        "table, CSV": plain.encode(),
+        "table, semicolons": german.encode(),
         "record, TOA5": logger,
         "record, recorder": recorder,
+        "record, semicolons": german.encode("latin-1"),
+        "record, tabs": bare.encode(),
+        "record, field": head(data / "field-1.dat"),
+        "record, motion": plain.encode(),
     }
 
 
 @cache
-def calibration():
-    """The spec whose records the damaged files are read as."""
-    return load_spec(SPEC)
+def records() -> dict:
+    """What the damaged records are read as, by subject."""
+    kinds = {"frame": "TOA5", "release": "recorder"}
+    own = parse_spec(RECORDS, ROOT / "own.toml")
+    found = {f"record, {one.name}": (one, own.sensors) for one in own.records}
+    spec = load_spec(SPEC)
+    for one in reversed(spec.records):  # the first of each kind remains
+        if one.kind in kinds:
+            found[f"record, {kinds[one.kind]}"] = (one, spec.sensors)
+    return found
 
 
 def taken(subject: str, content: bytes, folder: Path) -> str:
@@ -156,10 +226,8 @@ def taken(subject: str, content: bytes, folder: Path) -> str:
         parse(path, content)
         return "taken"
     path.write_bytes(content)
-    kind = "frame" if subject.endswith("TOA5") else "release"
-    spec = calibration()
-    one = next(r for r in spec.records if r.kind == kind)
-    read_record(one.model_copy(update={"file": path}), spec.sensors)
+    one, sensors = records()[subject]
+    read_record(one.model_copy(update={"file": path}), sensors)
     return "taken"
 
 

@@ -15,8 +15,9 @@ import rigid
 from rigid import fit
 from rigid.inference.posterior import load_posterior
 from rigid.io import files
-from rigid.io.errors import InputError
+from rigid.io.errors import InputError, quoted
 from rigid.io.hdf5 import require_own
+from rigid.records import read_record
 from rigid.records.files import load
 from rigid.spec import load_spec, parse_spec
 
@@ -91,6 +92,42 @@ def test_a_file_that_is_too_large_is_not_read(tmp_path):
 @pytest.mark.parametrize("text", ["a = " + "[" * 5000 + "]" * 5000, "a = " + "{b = " * 5000])
 def test_what_is_nested_deep_is_a_sentence(text):
     assert "nested too deep" in refused(text)
+
+
+def recorded(folder: Path, *rows: str) -> str:
+    """What is said of a motion with such rows."""
+    steady = [f"{k / 100:.2f},{k * k},{k}" for k in range(40)]
+    (folder / "cart.csv").write_text("\n".join(["t,x,F", *steady, *rows]) + "\n")
+    one = parse_spec(MOTION + SENSORS, folder / "my.toml")
+    with pytest.raises(InputError) as caught:
+        read_record(one.records[0], one.sensors)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("reading", ["1e300", "-1e21"])
+@pytest.mark.parametrize("place", [0, 1, 2])
+def test_a_reading_beyond_every_sensor_names_its_line(reading, place, tmp_path):
+    row = ["0.41", "1", "1"]
+    row[place] = reading
+    says = recorded(tmp_path, ",".join(row))
+    assert str(tmp_path / "cart.csv") in says
+    assert "line 42" in says
+    assert "beyond any reading" in says
+
+
+def test_a_clock_without_extent_is_refused(tmp_path):
+    rows = [f"{1 + k * 1e-15!r},1,1" for k in range(100)]
+    assert "the time usually steps by" in recorded(tmp_path, *rows)
+
+
+def test_what_was_found_is_repeated_in_few_words(tmp_path):
+    assert len(recorded(tmp_path, f"0.41,{'x' * 5000},1")) < 500
+    many = ",".join(f"column{k}" for k in range(500))
+    (tmp_path / "cart.csv").write_text(many + "\n" + ",".join("1" * 500) + "\n")
+    one = parse_spec(MOTION + SENSORS, tmp_path / "my.toml")
+    with pytest.raises(InputError, match="and 460 more"):
+        read_record(one.records[0], one.sensors)
+    assert quoted(10**5000) == "a number of thousands of digits"
 
 
 def test_a_number_of_ten_thousand_digits_is_a_sentence():

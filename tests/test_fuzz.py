@@ -70,10 +70,15 @@ def test_tables_of_any_shape_are_refused_with_a_sentence(tables, tmp_path):
     assert tried("spec", text.encode(), tmp_path).what in PROPER
 
 
+@pytest.mark.parametrize("subject", sorted(texts()))
+def test_what_is_whole_is_taken(subject, tmp_path):
+    assert tried(subject, texts()[subject], tmp_path).what == "taken"
+
+
 def test_a_fault_would_be_seen(tmp_path, monkeypatch):
     def broken(*_given):
         raise IndexError("list index out of range")
 
     monkeypatch.setattr("damage.parse_spec", broken)
-    assert outcome("spec", 1, tmp_path).what.startswith("IndexError")
+    assert tried("spec", texts()["spec"], tmp_path).what.startswith("IndexError")
     assert not is_sentence("invalid", tmp_path)

@@ -1,10 +1,35 @@
-"""The kinds of failure a command can end with, each with its exit status."""
+"""The kinds of failure a command can end with, and how a message repeats what was found."""
+
+from collections.abc import Sequence
 
 
 class RigidError(Exception):
     """Base of all failures that are reported in a sentence instead of a traceback."""
 
     status = 3
+
+
+LONGEST = 60
+"""Letters of a value that a message repeats, at most."""
+MOST_NAMES = 40
+"""Names that a message lists, at most."""
+
+
+def quoted(found: object) -> str:
+    """Return a value as a message repeats it: in Python's form, cut where it is long."""
+    try:
+        whole = repr(found)
+    except ValueError:  # a whole number of thousands of digits
+        return "a number of thousands of digits"
+    if len(whole) <= LONGEST:
+        return whole
+    return f"{whole[:LONGEST]}... ({len(whole)} letters)"
+
+
+def listed(names: Sequence[object]) -> str:
+    """Return names as a message lists them: quoted, some of them where there are many."""
+    more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
+    return ", ".join(map(quoted, names[:MOST_NAMES])) + more
 
 
 class InputError(RigidError):

@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from rigid.io.errors import InputError
+from rigid.io.errors import InputError, quoted
 from rigid.records.table import Table, build, is_number, is_stamp, missing
 from rigid.records.units import known
 
@@ -104,7 +104,7 @@ def separator_of(path: Path, lines: list[str]) -> str:
         if separator in sample[0] and 2 * shares > len(sample):
             return separator
     raise InputError(
-        f"{path}: no columns found in line 1, {lines[0][:60]!r}; "
+        f"{path}: no columns found in line 1, {quoted(lines[0])}; "
         "put a comma, a semicolon or a tab between the columns"
     )
 

@@ -3,8 +3,9 @@
 from collections.abc import Callable
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
+from rigid.io.errors import quoted
 from rigid.kinds import RecordKind
 from rigid.records.units import COUNTS, DIMENSIONS, SI_NAMES, TIMESTAMP, UNITS
 from rigid.spec import SensorSpec
@@ -15,6 +16,16 @@ HIGHEST = {"load": 3e6, "stroke": 3.0, "pressure": 1e9, "acceleration": 2e4}
 ABOVE_NOISE = 8.0  # times its noise, that a channel rises which stands out of it
 FINEST = 0.01  # of the sensor's step or noise, whichever is larger: load changes by more
 LONGEST_INTERVAL, SHORTEST_INTERVAL = 0.999, 20e-6  # s; 1 s is too long, clocks are rounded
+
+HARD_LIMIT = 1e20
+"""Of any reading in SI, nanoseconds of a clock that are given as seconds among them. What lies
+beyond is damage of the file: no unit explains it, and squares of it leave the range of floats."""
+SHORTEST_STEP = 1e-12  # s, of any clock
+
+
+def beyond(values: Float[np.ndarray, " n"], factor: float) -> Bool[np.ndarray, " n"]:
+    """Whether values, times the factor that makes them SI, are beyond any reading."""
+    return np.isfinite(values) & (np.abs(values) > HARD_LIMIT / abs(factor))
 
 
 def implausible(
@@ -130,5 +141,5 @@ def _advice(unit: str, better: str) -> str:
     if unit == COUNTS:
         return "check the scale of the channel"
     if not better:
-        return f"check the unit, now {unit!r}, and the column"
-    return f"the unit is given as {unit!r}, {better!r} would be plausible"
+        return f"check the unit, now {quoted(unit)}, and the column"
+    return f"the unit is given as {quoted(unit)}, {better!r} would be plausible"

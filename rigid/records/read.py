@@ -7,12 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from rigid.io.errors import InputError
+from rigid.io.errors import InputError, listed, quoted
 from rigid.kinds import KINDS
 from rigid.records import checks
 from rigid.records.converter import without_ends
-from rigid.records.defects import Defect, causes, settle
+from rigid.records.defects import Defect, at_lines, causes, settle
 from rigid.records.files import Source, load
+from rigid.records.plausible import SHORTEST_STEP, beyond
 from rigid.records.record import Channel, Record, grid, longest_step, usual_corner
 from rigid.records.table import Table
 from rigid.records.units import TIMESTAMP, to_si
@@ -83,7 +84,7 @@ def read_record(
     Raises InputError when the file cannot be understood or has defects that the spec does not
     accept, and EnvironmentFaultError when the system does not let it be read.
     """
-    where = f"{spec.file}: record {spec.name!r}"
+    where = f"{spec.file}: record {quoted(spec.name)}"
     source = _load(spec.file, {} if files is None else files)
     raw, notes = _on_clock(spec, _convert(spec, source.table, where), where)
     time = raw.columns[TIME]
@@ -168,7 +169,7 @@ def _convert(spec: RecordSpec, table: Table, where: str) -> Raw:
     for quantity, column in raw.columns.items():
         if not np.isfinite(column).any():
             raise InputError(
-                f"{where}, {quantity}: column {names[quantity]!r} holds no number at all; "
+                f"{where}, {quantity}: column {quoted(names[quantity])} holds no number at all; "
                 "name another column or leave the channel out"
             )
     return raw
@@ -184,10 +185,9 @@ def _column(table: Table, channel: ChannelSpec, where: str) -> str:
         return wanted
     folded = {name.lower(): name for name in names}
     near = get_close_matches(wanted.lower(), folded, n=1, cutoff=0.5)
-    hint = f"did you mean {folded[near[0]]!r}? " if near else ""
+    hint = f"did you mean {quoted(folded[near[0]])}? " if near else ""
     raise InputError(
-        f"{where}: the file has no column {channel.column!r}; {hint}it has "
-        f"{', '.join(repr(name) for name in names)}"
+        f"{where}: the file has no column {quoted(channel.column)}; {hint}it has {listed(names)}"
     )
 
 
@@ -195,7 +195,7 @@ def _si(table: Table, name: str, quantity: str, channel: ChannelSpec, where: str
     """Return one column in SI, (n,): recorded x factor + offset, NaN where nothing is."""
     if name in table.refused:
         raise InputError(
-            f"{where}: column {name!r} is not all numbers: {table.refused[name]}; "
+            f"{where}: column {quoted(name)} is not all numbers: {table.refused[name]}; "
             "correct the cell or name another column"
         )
     stamped = name in table.timestamps
@@ -204,9 +204,15 @@ def _si(table: Table, name: str, quantity: str, channel: ChannelSpec, where: str
         todo = f"set unit = {TIMESTAMP!r}" if stamped else "give the unit of the numbers"
         if stamped and quantity != TIME:
             todo = "name another column"
-        raise InputError(f"{where}: column {name!r} holds {what}; {todo}")
+        raise InputError(f"{where}: column {quoted(name)} holds {what}; {todo}")
     factor = to_si(quantity, channel.unit, channel.scale, where)
     recorded = table.columns[name]
+    bad = np.flatnonzero(beyond(recorded, factor))
+    if len(bad):
+        raise InputError(
+            f"{where}: {at_lines(table.rows, bad)}: {recorded[bad[0]]:.4g} {channel.unit} is "
+            "beyond any reading; the file was damaged or the column is another, repair the lines"
+        )
     return np.where(np.isfinite(recorded), recorded * factor + channel.offset, np.nan)
 
 
@@ -223,6 +229,12 @@ def _on_clock(spec: RecordSpec, raw: Raw, where: str) -> tuple[Raw, tuple[str, .
     if len(kept.rows) < 2:
         raise InputError(
             f"{where}: {len(kept.rows)} samples, too few for a record; record for longer"
+        )
+    usual = float(np.median(np.diff(kept.columns[TIME])))
+    if usual < SHORTEST_STEP:
+        raise InputError(
+            f"{where}: the time usually steps by {usual:.3g} s, which no recorder does; "
+            "check the unit and the column of the time"
         )
     return kept, notes
 

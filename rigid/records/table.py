@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rigid.io.errors import InputError
+from rigid.io.errors import InputError, quoted
 from rigid.records.units import in_name, known
 
 STAMP = re.compile(r"\d{4}-\d\d-\d\d[ T]\d\d:\d\d(:\d\d(\.\d+)?)?")
@@ -77,7 +77,7 @@ def build(
                 columns[name] = numbers(cells, comma)
         except NotNumbersError as error:
             columns[name] = np.full(len(body), np.nan)
-            refused[name] = f"line {lines[error.position]} holds {error.text!r}"
+            refused[name] = f"line {lines[error.position]} holds {quoted(error.text)}"
     stated = stated_units(names, units)
     return Table(columns, np.array(lines), tuple(dropped), refused, frozenset(stamps), stated)
 

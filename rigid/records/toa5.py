@@ -4,7 +4,7 @@ import csv
 from dataclasses import replace
 from pathlib import Path
 
-from rigid.io.errors import InputError
+from rigid.io.errors import InputError, quoted
 from rigid.records.delimited import split
 from rigid.records.table import Table, build
 
@@ -34,7 +34,7 @@ def header(path: Path, lines: list[str]) -> tuple[list[str], list[str]]:
     first = cells_of(path, lines, 0)
     if first[0] != "TOA5":
         raise InputError(
-            f"{path}: line 1 begins with {first[0]!r} where TOA5 is known; "
+            f"{path}: line 1 begins with {quoted(first[0])} where TOA5 is known; "
             "convert the file to TOA5 with the logger maker's conversion tool"
         )
     if len(first) != ENVIRONMENT_FIELDS:

@@ -2,7 +2,7 @@
 
 import re
 
-from rigid.io.errors import InputError
+from rigid.io.errors import InputError, quoted
 
 DIMENSIONS = {
     "time": "time",
@@ -85,13 +85,13 @@ def to_si(quantity: str, unit: str, scale: float | None, where: str) -> float:
     if found != wanted:
         what = f"is a unit of {found}" if found else "is not known"
         raise InputError(
-            f"{where}: the unit {unit!r} {what}; for {quantity} use one of "
+            f"{where}: the unit {quoted(unit)} {what}; for {quantity} use one of "
             f"{', '.join(allowed(quantity))}"
         )
     if scale is not None:
         raise InputError(
-            f"{where}: both the unit {unit!r} and a scale, {scale:g}, are given; leave out the "
-            f"scale, or set unit = 'counts' with the scale in {SI_NAMES[wanted]} per number"
+            f"{where}: both the unit {quoted(unit)} and a scale, {scale:g}, are given; leave out "
+            f"the scale, or set unit = 'counts' with the scale in {SI_NAMES[wanted]} per number"
         )
     return factor
 
@@ -122,7 +122,7 @@ def contradiction(stated: str, unit: str) -> str:
     if not known(unit) or stated not in UNITS or UNITS[stated] == UNITS[unit]:
         return ""
     return (
-        f"the file gives the unit {stated!r}, the spec {unit!r}; "
+        f"the file gives the unit {quoted(stated)}, the spec {quoted(unit)}; "
         "correct the spec, or name another column"
     )
 
@@ -131,7 +131,8 @@ def dimension(quantity: str, where: str) -> str:
     """Return the dimension of `quantity`; raises InputError for a quantity that is not known."""
     if quantity not in DIMENSIONS:
         raise InputError(
-            f"{where}: {quantity!r} is no quantity of a record; use one of {', '.join(DIMENSIONS)}"
+            f"{where}: {quoted(quantity)} is no quantity of a record; use one of "
+            f"{', '.join(DIMENSIONS)}"
         )
     return DIMENSIONS[quantity]
 

@@ -7,6 +7,8 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 
+from rigid.io.errors import quoted
+
 LARGEST = 1e30
 """Of any number in a spec, SI."""
 
@@ -30,8 +32,13 @@ class Known(Value):
 
 
 def is_number(given: Any) -> bool:
-    """Whether TOML gave a number; true and false are none, though Python counts them in."""
-    return isinstance(given, (int, float)) and not isinstance(given, bool)
+    """Whether TOML gave a number; true and false are none, though Python counts them in.
+
+    Nor is a whole number that no float can hold.
+    """
+    if isinstance(given, int):
+        return not isinstance(given, bool) and abs(given) <= LARGEST
+    return isinstance(given, float)
 
 
 def is_finite(given: Any) -> bool:
@@ -47,7 +54,8 @@ def _known(given: Any, share: float = 0.0) -> Any:
         return {**given, "sd": share * abs(given["value"])}
     if not isinstance(given, (Mapping, Known)):
         raise ValueError(
-            f"must be a number, or one with its sd, {{ value = ..., sd = ... }}; found {given!r}"
+            "must be a number, or one with its sd, { value = ..., sd = ... }; "
+            f"found {quoted(given)}"
         )
     return given
 

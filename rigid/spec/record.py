@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 
+from rigid.io.errors import quoted
 from rigid.kinds import KINDS, Position, RecordKind
 from rigid.spec.base import POSITIVE, Flag, Known, Number, Real, Value, Whole, is_number, uncertain
 from rigid.spec.sentences import unknown
@@ -24,13 +25,13 @@ def _column(given: Any) -> Any:
     """Refuse what names no column."""
     if isinstance(given, (int, str)) and not isinstance(given, bool) and given != "":
         return given
-    raise ValueError(f"must be the name of a column or its number from 1; found {given!r}")
+    raise ValueError(f"must be the name of a column or its number from 1; found {quoted(given)}")
 
 
 def _kind(given: Any) -> Any:
     """Refuse what is no kind of record."""
     if not isinstance(given, str):
-        raise ValueError(f"must be one of {', '.join(KINDS)}; found {given!r}")
+        raise ValueError(f"must be one of {', '.join(KINDS)}; found {quoted(given)}")
     if given not in KINDS:
         raise ValueError(unknown("kind", given, KINDS))
     return given
@@ -51,7 +52,7 @@ class ChannelSpec(Value):
 def _until(given: Any) -> Any:
     """Refuse a time that is no number; the last stretch lasts without end."""
     if not is_number(given) or math.isnan(given):
-        raise ValueError(f"must be a time in s; found {given!r}")
+        raise ValueError(f"must be a time in s; found {quoted(given)}")
     return given
 
 

@@ -8,6 +8,8 @@ from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import BaseModel
 
+from rigid.io.errors import quoted
+
 CUTOFF = 0.5
 """Likeness from which a known name is offered in place of an unknown one (difflib's ratio)."""
 
@@ -48,7 +50,7 @@ def unknown(what: str, name: Any, known: Iterable[str]) -> str:
     listed = list(known)
     near = nearest(str(name), listed)
     hint = f"did you mean '{near}'?" if near else f"known are {', '.join(listed)}"
-    return f"unknown {what} '{name}'; {hint}"
+    return f"unknown {what} {quoted(str(name))}; {hint}"
 
 
 def sentence(path: Path, given: Mapping, body: type[BaseModel], error: Mapping[str, Any]) -> str:
@@ -72,7 +74,7 @@ def sentence(path: Path, given: Mapping, body: type[BaseModel], error: Mapping[s
     else:
         other = error["msg"][:1].lower() + error["msg"][1:]
         words = WORDS[kind].format(**error.get("ctx", {})) if kind in WORDS else other
-        says = f"{words}; found {found!r}"
+        says = f"{words}; found {quoted(found)}"
         if place == ["records"]:
             says = "every record is a table of its own, headed [[records]]"
     return f"{path} {_where(given, place)}: {says}"
@@ -86,7 +88,7 @@ def _not_listed(body: type[BaseModel], place: list, found: Any) -> str:
         return unknown("channel", found, get_args(key_type))
     allowed = get_args(_plain(annotation_at(body, place)))
     if not isinstance(found, str):
-        return f"must be one of {', '.join(allowed)}; found {found!r}"
+        return f"must be one of {', '.join(allowed)}; found {quoted(found)}"
     last = next((part for part in reversed(place) if isinstance(part, str)), "")
     return unknown(NOUNS.get(last, "value"), found, allowed)
 
@@ -98,7 +100,7 @@ def _where(given: Mapping, place: list) -> str:
     if place[0] == "records" and len(place) > 1 and isinstance(place[1], int):
         record = given["records"][place[1]]
         name = record.get("name") if isinstance(record, Mapping) else None
-        said = f"'{name}'" if isinstance(name, str) and name else f"number {place[1] + 1}"
+        said = quoted(name) if isinstance(name, str) and name else f"number {place[1] + 1}"
         return " ".join([f"[[records]] {said}", *_inner(place[2:])])
     return " ".join([f"[{place[0]}]", *_inner(place[1:])])
 

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 
+from rigid.io.errors import quoted
 from rigid.kinds import KINDS
 from rigid.spec.base import POSITIVE, Flag, Known, Real, Value, Whole, uncertain, within
 from rigid.spec.published import PublishedSpec
@@ -86,7 +87,9 @@ BODY = "plunger"
 def _word(given: str) -> str:
     """Refuse what does not go into the name of an equation."""
     if not re.fullmatch(r"[a-z][a-z0-9-]*", given):
-        raise ValueError(f"must be a word in small letters, as in 'carriage'; found {given!r}")
+        raise ValueError(
+            f"must be a word in small letters, as in 'carriage'; found {quoted(given)}"
+        )
     return given
 
 
@@ -118,7 +121,7 @@ class ModelSpec(Value):
         """Refuse an effect that is named twice."""
         twice = [name for name in self.effects if self.effects.count(name) > 1]
         if twice:
-            raise ValueError(f"effects: '{twice[0]}' stands twice; name it once")
+            raise ValueError(f"effects: {quoted(twice[0])} stands twice; name it once")
         return self
 
 
@@ -256,14 +259,14 @@ class SpecBody(Value):
         for r in self.records:
             if (r.name, r.cylinder) in seen:
                 raise ValueError(
-                    f"records: '{r.name}' on cylinder {r.cylinder} stands twice; "
+                    f"records: {quoted(r.name)} on cylinder {r.cylinder} stands twice; "
                     "give one of them another name"
                 )
             seen.add((r.name, r.cylinder))
             if kinds.setdefault(r.name, r.kind) != r.kind:
                 raise ValueError(
-                    f"records: '{r.name}' is a {kinds[r.name]} on one cylinder and a {r.kind} on "
-                    "another; one name is one run, give one of them another name"
+                    f"records: {quoted(r.name)} is a {kinds[r.name]} on one cylinder and a "
+                    f"{r.kind} on another; one name is one run, give one of them another name"
                 )
         return self
 

@@ -4,9 +4,9 @@
     python tests/studies/fuzz.py --inputs 100000 --part 0/2
     python tests/studies/fuzz.py --table
 
-Damages specs and files of every record format (tests/damage.py), has them read, and writes a line for
-every thousand inputs to OUT/fuzz.K.jsonl and the page to OUT.md. Resumable: a thousand that has its
-line is not run again. An input that takes more than LONGEST seconds is stopped and counts as a fault.
+Damages specs and files of every record format (tests/damage.py), has them read, and writes a line
+for every thousand inputs to OUT/fuzz.K.jsonl and the page to OUT.md. Resumable: a thousand that has
+its line is not run again. An input that takes more than LONGEST seconds is stopped and is a fault.
 """
 
 import argparse
@@ -15,6 +15,7 @@ import resource
 import signal
 import sys
 import tempfile
+import warnings
 from collections import Counter
 from pathlib import Path
 from typing import NamedTuple
@@ -66,6 +67,7 @@ def one(case: Case) -> dict:
         raise TimeoutError(f"more than {LONGEST} s")
 
     signal.signal(signal.SIGALRM, stop)
+    warnings.simplefilter("error")
     found = []
     with tempfile.TemporaryDirectory() as name:
         for seed in range(case.seed, case.seed + BLOCK):
@@ -92,9 +94,12 @@ def page(rows: list[dict]) -> str:
         "# Damaged specs and records\n",
         "Specs and record files of every format are damaged at random (`tests/damage.py`: numbers\n"
         "replaced, lines lost, written twice or exchanged, bytes changed, other separators and\n"
-        "encodings, noise) and read. Each must be taken, or refused with a sentence that names its\n"
-        "file and ends in status 2. Anything else is a fault. *Table*: the reader of the format;\n"
-        "*record*: all that is checked of a record of the reference campaign.\n",
+        "encodings, noise) and read. Each must be taken, or refused with a sentence that names\n"
+        "its file and ends in status 2. Anything else is a fault, warnings of NumPy among them.\n"
+        "*Table*: the reader of the format; *record*: all that is checked of a record: of the\n"
+        "reference campaign (logger, accelerometer recorder, field test), a table with\n"
+        "semicolons, decimal commas and a row of units, one with tabs and counts, and a measured\n"
+        "motion.\n",
         f"`python tests/studies/fuzz.py --inputs {total}`, code of "
         f"{', '.join(sorted({row['commit'] for row in rows}))}, {datetime.date.today()}.\n",
         "| subject | inputs | taken | refused | faults | longest [s] |",
