@@ -1,0 +1,83 @@
+"""Whether an optimum is one: the gradient vanishes there, and no number is far from its prior.
+
+A search that ends in the wrong place mostly betrays itself. Either it ended on a slope, or it
+stands where the priors say that no rig is: a strap that lets go slowly, fitted as one that goes at
+once, moves the bulk modulus of the oil by twelve sds of its prior. Both are told before anything
+else is believed of the fit.
+"""
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+from scipy.stats import norm
+
+AWAY = 0.5
+"""Posterior sds that an optimum may be away from where its expansion has the top. The search's own
+roughness of 0.05 nats is sqrt(2 0.05) = 0.32 of them; half an sd more widens an interval that must
+hold the truth by an eighth."""
+
+CHANCE = 1e-3
+"""With which any of the numbers of a right model is called far: z of the best fit is scattered over
+models like the prior, or less."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Settled:
+    """What is to be said of a place where a search ended.
+
+    - `away` [posterior sds]: no number is further from the top of the expansion there.
+    - `far`: labels of numbers too far from the centres of their priors, and by how many prior sds,
+      the farthest first. - `limit` [prior sds]: what is too far among so many numbers.
+    """
+
+    away: float
+    far: tuple[tuple[str, float], ...]
+    limit: float
+
+    @property
+    def flat(self) -> bool:
+        """Whether the gradient vanishes, in posterior sds."""
+        return self.away <= AWAY
+
+    @property
+    def ok(self) -> bool:
+        """Whether the place can be believed to be the optimum of a right model."""
+        return self.flat and not self.far
+
+    @property
+    def why(self) -> str:
+        """Why not, in sentences; empty where it is settled."""
+        said = []
+        if self.far:
+            label, sds = self.far[0]
+            others = f", and {len(self.far) - 1} more are too far" if len(self.far) > 1 else ""
+            said.append(
+                f"{label} is {abs(sds):.1f} prior sds {'above' if sds > 0 else 'below'} its prior "
+                f"(limit {self.limit:.1f}){others}: something else is wrong"
+            )
+        if not self.flat:
+            said.append(
+                f"the search ended {self.away:.1f} posterior sds from the optimum (limit {AWAY})"
+            )
+        return "; ".join(said)
+
+
+def settled(
+    labels: Sequence[str], w: np.ndarray, gradient: np.ndarray, information: np.ndarray
+) -> Settled:
+    """Judge a place by the expansion of the log-posterior around it.
+
+    - `labels`: of the entries of `w` (size,), which are on the scale of their priors.
+    - `gradient` (size,): slope of the log-posterior or of minus it. - `information` (size, size):
+      minus its Hessian, prior included.
+
+    The bound on every number at once is that of Cauchy and Schwarz: an entry of I^-1 g, in its own
+    posterior sd, is at most sqrt(g I^-1 g).
+    """
+    step = cho_solve(cho_factor(information), gradient)
+    limit = float(norm.isf(0.5 * CHANCE / len(w)))
+    order = np.argsort(-np.abs(w))
+    far = tuple((labels[i], float(w[i])) for i in order if abs(w[i]) > limit)
+    return Settled(float(np.sqrt(max(gradient @ step, 0.0))), far, limit)

@@ -1,0 +1,98 @@
+"""An optimum is one: flat, near its priors, and never below that of a model which it holds."""
+
+import numpy as np
+import pytest
+from test_screening import CHOICE, campaign, fitted
+
+from rigid.inference.settled import AWAY, CHANCE, settled
+from rigid.localfit.families import holding
+from rigid.localfit.hypothesis import widened
+from rigid.localfit.local import Local, expand, refined
+from rigid.localfit.settled import state_of, unsettled
+
+
+@pytest.fixture(scope="module")
+def clean() -> tuple[Local, tuple]:
+    return fitted(campaign(400))
+
+
+def moved(local: Local, by: np.ndarray) -> Local:
+    """The same model elsewhere."""
+    return expand(local.hypothesis, (local.family, local.layout), local.w + by, local.z_noise)
+
+
+def test_a_fit_of_a_right_model_is_settled(clean):
+    local, _ = clean
+    assert state_of(local).ok
+    assert unsettled(local) == ""
+
+
+def test_a_fit_that_stopped_on_its_way_is_not(clean):
+    """A posterior sd along an axis is a posterior sd away, and half of the limit is none."""
+    local, _ = clean
+    axis = np.eye(len(local.w))[0] / np.sqrt(local.information[0, 0])
+    assert state_of(moved(local, axis)).away == pytest.approx(1.0, abs=0.3)
+    assert not state_of(moved(local, axis)).flat
+    assert state_of(moved(local, 0.5 * AWAY * axis)).flat
+    assert "posterior sds from the optimum" in unsettled(moved(local, axis))
+
+
+def test_a_number_far_from_its_prior_is_told_first():
+    """Readings of three times the flow that the prior knows to a fifth: ln 3 / ln 1.2 = 6 sds."""
+    problem = campaign(401, **{"kappa[free-run-1,A]": 0.6})
+    local, _ = fitted(problem)
+    found = state_of(local)
+    assert found.flat
+    assert not found.ok
+    label, sds = found.far[0]
+    assert label == "kappa[free-run-1,A]"
+    assert sds == pytest.approx(np.log(3.0) / np.log(1.2), abs=0.2)
+    assert unsettled(local).startswith("kappa[free-run-1,A] is 6.0 prior sds above its prior")
+
+
+def test_a_refit_below_the_fit_that_it_holds_is_not_settled(clean):
+    local, programs = clean
+    effect = CHOICE[0]
+    family = holding(programs, (effect,))
+    sensors = len(local.hypothesis.problem.sensors)
+    begun = expand(
+        local.hypothesis.plus(effect),
+        (family, local.layout),
+        widened(local.w, sensors, [2.0]),
+        local.z_noise,
+    )
+    assert "below the one without" in unsettled(begun, local)
+    assert unsettled(refined(begun), local) == ""
+
+
+def test_where_an_effects_own_amplitude_ends_is_left_to_who_weighs_it(clean):
+    local, programs = clean
+    effect = CHOICE[0]
+    family = holding(programs, (effect,))
+    sensors = len(local.hypothesis.problem.sensors)
+    more = widened(local.w, sensors, [-9.0])
+    far = expand(local.hypothesis.plus(effect), (family, local.layout), more, local.z_noise)
+    assert state_of(far).far == ()
+    assert not state_of(far).flat  # the prior alone leads back
+
+
+def test_the_limit_is_passed_by_chance_as_rarely_as_it_says():
+    """A tenth of the draws of 50,000 right models would be too many to be told from CHANCE."""
+    rng, n, size = np.random.default_rng(5), 50_000, 20
+    eye, none = np.eye(size), np.zeros(size)
+    labels = [str(i) for i in range(size)]
+    limit = settled(labels, none, none, eye).limit
+    far = np.sum(np.abs(rng.standard_normal((n, size))).max(axis=1) > limit)
+    assert abs(far - n * CHANCE) < 4.0 * np.sqrt(n * CHANCE)  # Poisson, 4 sds
+    spread = np.abs(1.5 * rng.standard_normal((n, size))).max(axis=1) > limit  # a wrong prior
+    assert spread.sum() > 10 * n * CHANCE
+
+
+def test_a_bound_on_every_number(clean):
+    """No entry of the step is longer, in its posterior sd, than what is told."""
+    local, _ = clean
+    g = np.random.default_rng(1).standard_normal(len(local.w))
+    step = local.covariance @ g
+    sds = np.abs(step) / np.sqrt(np.diag(local.covariance))
+    found = settled([str(i) for i in range(len(g))], np.zeros(len(g)), g, local.information)
+    assert sds.max() <= found.away
