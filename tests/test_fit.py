@@ -90,6 +90,18 @@ def test_it_ends_well(fitted):
     assert all(c["ok"] and c["says"] for c in fitted.result["checks"])
 
 
+def test_the_first_answer_is_told_early_and_agrees_with_the_last(fitted):
+    """A Gaussian around the best fit: within half a posterior sd here, and marked as what it is."""
+    told = fitted.done.stderr.split("first answer after")[1]
+    assert "preliminary" in told.splitlines()[0]
+    assert "steps:" in told  # the chain came afterwards
+    for name in ("k_LC", "mu", "kappa[stroll,left]"):
+        row = next(line.split() for line in told.splitlines() if line.split()[:1] == [name])
+        last = fitted.result["parameters"][name]
+        assert abs(float(row[1]) - last["median"]) < 0.5 * last["sd"], name
+    assert "preliminary" not in fitted.result
+
+
 def test_the_files_are_those_of_the_contract(fitted):
     names = {p.name for p in fitted.out.iterdir()}
     assert {"index.html", "posterior.nc", "summary.csv", "result.json"} <= names

@@ -112,12 +112,18 @@ class Calibrated:
 
 
 def calibrate(
-    spec: Spec, records: tuple[Record, ...], problem: Problem, options: Options, folder: Path
+    spec: Spec,
+    records: tuple[Record, ...],
+    problem: Problem,
+    options: Options,
+    folder: Path,
+    searched: Callable[[Found], None] = lambda _: None,
 ) -> Calibrated:
     """Fit a spec to its records.
 
     - `problem`: of both, from `assemble`.
     - `folder`: where the chain is kept; the caller holds it locked.
+    - `searched`: is told what the search found, before the chain runs.
     """
     seed = spec.sampler.seed if options.seed is None else options.seed
     began = time.monotonic()
@@ -128,7 +134,7 @@ def calibrate(
     mark = fingerprint(spec, records, seed) | marks(problem.effects) | walked
     known = load(folder, mark, problem) if options.resume else None
     if known is None:
-        known = _searched(spec, records, problem, seed, options)
+        known = _searched(spec, records, problem, options, searched)
         save(folder, mark, known)
     found, law, weights = known
     with Checkpoint(folder, mark, options.resume) as checkpoint:
@@ -137,9 +143,14 @@ def calibrate(
 
 
 def _searched(
-    spec: Spec, records: tuple[Record, ...], problem: Problem, seed: int, options: Options
+    spec: Spec,
+    records: tuple[Record, ...],
+    problem: Problem,
+    options: Options,
+    searched: Callable[[Found], None],
 ) -> Searched:
     """Search and weigh the modes, with a progress bar."""
+    seed = spec.sampler.seed if options.seed is None else options.seed
     starts = spec.sampler.starts
     begin = partial(beginnings, spec, records, problem, seed)
     if steady_part(spec) is None:
@@ -149,6 +160,7 @@ def _searched(
             first = begin(partial(reach, bar))
     with progress(options, "starts", int(first.counts.sum())) as bar:
         found = search_from(problem, first.z, partial(reach, bar), first.counts)
+    searched(found)
     return trusted(found, seed, lambda: say(options, REMADE))
 
 

@@ -106,6 +106,7 @@ class Result:
     """All of result.json. It is usable if every check holds.
 
     - `solver`: what the full solve by diffrax says of the fast one.
+    - `preliminary`: whether it is that of the search, before the chain has run.
     """
 
     spec: str
@@ -118,6 +119,7 @@ class Result:
     versions: Mapping[str, str] = field(default_factory=dict)
     sha256: Mapping[str, str] = field(default_factory=dict)
     solver: Mapping[str, Any] | None = None
+    preliminary: bool = False
 
     @property
     def usable(self) -> bool:
@@ -144,7 +146,7 @@ class Result:
             "versions": self.versions,
             "sha256": self.sha256,
         }
-        return _plain(plain)
+        return _plain(plain | ({"preliminary": True} if self.preliminary else {}))
 
 
 def summarise(

@@ -2,7 +2,7 @@
 
 import contextlib
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -16,7 +16,8 @@ from jax.typing import ArrayLike
 
 from rigid.friction.models import without_friction
 from rigid.inference.calibrate import calibrate
-from rigid.io.cli import Options
+from rigid.inference.search import Found
+from rigid.io.cli import Options, say
 from rigid.io.errors import InputError
 from rigid.io.files import locked
 from rigid.io.provenance import running
@@ -24,6 +25,7 @@ from rigid.likelihood.assemble import assemble
 from rigid.likelihood.problem import Problem
 from rigid.records.read import read_records
 from rigid.records.record import Record
+from rigid.report.calibration import preliminary
 from rigid.spec import Spec, find_spec, load_spec
 from rigid.spec.opening import require_none_of_its_own
 from rigid.spec.write import build_spec
@@ -117,7 +119,9 @@ class Study:
         options = self._options(out, seed, resume, quiet)
         problem = self.problem  # what is wrong with records shows before a folder is made
         with self._running("fit"), _folder(options) as folder:
-            done = calibrate(self.spec, self.records, problem, options, folder)
+            done = calibrate(
+                self.spec, self.records, problem, options, folder, self._first(options, began)
+            )
             found = Fit(self.spec, done, time.monotonic() - began)
             if out is not None:
                 found.write(folder)
@@ -212,6 +216,17 @@ class Study:
 
     def _seed(self, given: int | None) -> int:
         return self.spec.sampler.seed if given is None else given
+
+    def _first(self, options: Options, began: float) -> Callable[[Found], None]:
+        """What is done with what the search of a fit found: the first answer."""
+
+        def searched(found: Found) -> None:
+            first = preliminary.preliminary(self.spec, found, self._seed(options.seed), began)
+            say(options, preliminary.table(first))
+            if options.out is not None:
+                preliminary.write(options.out, first)
+
+        return searched
 
     def _options(
         self, out: Path | str | None, seed: int | None, resume: bool, quiet: bool
