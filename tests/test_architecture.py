@@ -24,11 +24,11 @@ LAYERS = (
     ("discovery", "friction", "smoothing", "published"),
     ("report",),
     ("study",),
-    ("bands", "check", "discover", "fit", "laws"),
+    ("bands", "batch", "check", "discover", "fit", "laws"),
     ("__main__",),
 )
 LAYER = {room: number for number, rooms in enumerate(LAYERS) for room in rooms}
-FLOORS, ROOMS = 12, 29
+FLOORS, ROOMS = 12, 30
 
 # The same inside a room that has rooms of its own.
 WITHIN = {
@@ -48,7 +48,7 @@ WITHIN = {
         ("templating",),
         ("page", "gallery", "made"),
         ("section",),
-        ("calibration", "discovery", "laws", "bands", "published"),
+        ("calibration", "discovery", "laws", "bands", "published", "season"),
     ),
 }
 

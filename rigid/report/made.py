@@ -20,6 +20,16 @@ def made(
     - `sha256`: (file or record, digest) of what was read. - `cost`: fields of `Provenance` in
       place of those of the command as a whole.
     """
+    return made_of(spec.path.stem, spec.text, seed, sha256, **cost)
+
+
+def made_of(
+    name: str, text: str, seed: int | None, sha256: Iterable[tuple[str, str]], **cost: Any
+) -> Provenance:
+    """The same of what is no spec.
+
+    - `name`, `text`: of what was read, shown as a spec is; an empty text is not shown.
+    """
     run = invocation()
     machine = f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}"
     taken: dict[str, Any] = {"wall_s": run.wall_s, "cpu_s": run.cpu_s, "machine": machine} | cost
@@ -29,8 +39,8 @@ def made(
         command=run.command,
         date=datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M UTC"),
         seed=seed,
-        spec_name=spec.path.stem,
-        spec_text=spec.text,
+        spec_name=name,
+        spec_text=text,
         sha256=tuple(sha256),
         versions=tuple(versions().items()),
         **taken,

@@ -75,11 +75,15 @@ class Fit:
         """Figures of the report, drawn when they are asked for."""
         return Figures(content(self.spec, self.calibrated, self.result))
 
-    def write(self, folder: Path | str) -> None:
-        """Write posterior.nc, summary.csv, result.json and the report to a folder."""
+    def write(self, folder: Path | str, spec_folder: str | None = None) -> None:
+        """Write posterior.nc, summary.csv, result.json and the report to a folder.
+
+        - `spec_folder`: where the spec lies, seen from the place that the files will be moved to;
+          None: they stay.
+        """
         folder = Path(folder)
         output.write_posterior(
-            folder / "posterior.nc", self.spec, self.calibrated, groups=self._groups
+            folder / "posterior.nc", self.spec, self.calibrated, self._groups, spec_folder
         )
         write_summary_csv(folder / "summary.csv", self.result.parameters)
         write_result_json(folder / "result.json", self.result)

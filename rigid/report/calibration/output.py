@@ -194,13 +194,19 @@ def _prior(done: Calibrated) -> xr.Dataset:
 
 
 def write_posterior(
-    path: Path, spec: Spec, done: Calibrated, groups: Mapping[str, xr.Dataset]
+    path: Path,
+    spec: Spec,
+    done: Calibrated,
+    groups: Mapping[str, xr.Dataset],
+    spec_folder: str | None = None,
 ) -> None:
     """Write posterior.nc.
 
-    - `groups`: those of the calibration, from `groups`.
+    - `groups`: those of the calibration, from `groups`. - `spec_folder`: the spec's, where it is
+      not to be worked out from the two paths.
     """
-    save_posterior(path, groups, provenance(spec, done) | {"spec_folder": _beside(spec, path)})
+    beside = _beside(spec, path) if spec_folder is None else spec_folder
+    save_posterior(path, groups, provenance(spec, done) | {"spec_folder": beside})
 
 
 def provenance(spec: Spec, done: Calibrated) -> dict[str, str | int]:

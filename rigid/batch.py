@@ -1,0 +1,32 @@
+"""`python -m rigid.batch FOLDER`: every spec of a folder fitted, and one page over all."""
+
+import sys
+from pathlib import Path
+
+from rigid.io.cli import Options, Takes, run, say
+
+SAYS = "Fit every spec of a folder; one page over all: quantities with uncertainty, what drifts."
+TAKES = Takes("a folder of specs (*.toml)", workers=True)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command."""
+    return run("batch", SAYS, batch, arguments, TAKES)
+
+
+def batch(options: Options) -> int:
+    """Fit all specs and write all files; returns 0, or 1 if any result must not be used."""
+    from rigid.io.runtime import prepare
+
+    prepare()
+    from rigid.study.season import season
+
+    folder = Path(options.spec)
+    found = season(folder).fit(options)
+    sys.stdout.write(found.json() if options.as_json else found.table())
+    say(options, f"report: {options.folder(folder) / 'index.html'}")
+    return 0 if found.usable else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""The page over a season of tests: the fits of a folder's specs side by side."""
