@@ -24,11 +24,11 @@ LAYERS = (
     ("discovery", "friction", "smoothing", "published"),
     ("report",),
     ("study",),
-    ("bands", "batch", "check", "discover", "fit", "laws"),
+    ("bands", "batch", "check", "compare", "discover", "fit", "laws", "paper"),
     ("__main__",),
 )
 LAYER = {room: number for number, rooms in enumerate(LAYERS) for room in rooms}
-FLOORS, ROOMS = 12, 30
+FLOORS, ROOMS = 12, 32
 
 # The same inside a room that has rooms of its own.
 WITHIN = {
@@ -42,13 +42,14 @@ WITHIN = {
         ("workflow",),
     ),
     "report": (
-        ("paper_values", "symbols", "usability"),
+        ("mathml", "paper_values", "symbols", "usability"),
         ("content",),
         ("sparks", "wording"),
         ("templating",),
         ("page", "gallery", "made"),
         ("section",),
         ("calibration", "discovery", "laws", "bands", "published", "season"),
+        ("compare", "paper"),
     ),
 }
 

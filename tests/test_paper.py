@@ -340,6 +340,14 @@ def test_fig_11_cylinder_displacement_is_many_steps_of_the_stroke_sensor():
     assert displacement / PAPER["stroke_step"] == pytest.approx(11.9, abs=0.05)
 
 
+def test_fig_11_stroke_of_a_passes_the_largest_before_the_beam_fails():
+    # Eq. (22) far below p_max; an ice load slows the plunger by a tenth of a millimetre a second.
+    speed = PAPER["kappa_A"] * pump_flow(0.0) / 6e4 / AREA
+    assert speed == pytest.approx(8.76e-3, abs=5e-6)
+    assert PAPER["largest_stroke"] / speed == pytest.approx(42.3, abs=0.1)
+    assert speed * PAPER["contact_until"] > PAPER["largest_stroke"] + 0.05
+
+
 def test_fig_12_drop_of_the_load_moves_the_plate():
     drop = 0.6 * PAPER["ice_strength"] * PAPER["contact_area"]
     by_spring, by_oil = drop / RIG.load_cell_stiffness, drop / RIG.oil_stiffness

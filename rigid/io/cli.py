@@ -7,11 +7,11 @@ import shlex
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from rigid import __version__
 from rigid.io.errors import InputError, RigidError
@@ -32,6 +32,8 @@ class Options:
     - `seed`: in place of the spec's. - `resume`, `quiet`, `as_json`: as on the command line.
     - `own_code`: whether a spec may bring code along.
     - `workers`: number of processes, or address of a Dask scheduler; None: this process.
+    - `runs`: folders or files of a command that takes several, in place of a spec.
+    - `switches`: those of the command's own that were given.
     """
 
     spec: str
@@ -42,6 +44,8 @@ class Options:
     as_json: bool
     own_code: bool = True
     workers: int | str | None = None
+    runs: tuple[Path, ...] = ()
+    switches: frozenset[str] = frozenset()
 
     def folder(self, spec_path: Path) -> Path:
         """Folder of the results for a spec."""
@@ -62,10 +66,13 @@ class Takes:
 
     - `what`: the sort of its argument, as `--help` names it. - `workers`: whether it has jobs for
       other processes or machines.
+    - `count`: "one" spec, "many" runs, or "none". - `switches`: help by name of its own switches.
     """
 
     what: str = "a spec: its path, or NAME of fits/NAME.toml or a shipped one"
     workers: bool = False
+    count: Literal["one", "many", "none"] = "one"
+    switches: Mapping[str, str] = field(default_factory=dict)
 
 
 SPEC = Takes()
@@ -78,7 +85,10 @@ def parse(
     script = Path(sys.argv[0]).name in ("rigid", "rigid.exe", "__main__.py")
     prog = f"rigid {command}" if script else f"python -m rigid.{command}"
     parser = argparse.ArgumentParser(prog=prog, description=says, allow_abbrev=False)
-    parser.add_argument("spec", help=takes.what)
+    if takes.count == "one":
+        parser.add_argument("spec", help=takes.what)
+    elif takes.count == "many":
+        parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help=takes.what)
     parser.add_argument("--out", type=Path, help="folder of the results (reports/<name>/)")
     parser.add_argument("--seed", type=_seed, help="seed, in place of the spec's")
     parser.add_argument("--resume", action="store_true", help="go on with an interrupted run")
@@ -98,8 +108,15 @@ def parse(
         if takes.workers
         else argparse.SUPPRESS,
     )
+    for name, help_text in takes.switches.items():
+        parser.add_argument(
+            f"--{name}", action="append_const", const=name, dest="switches", help=help_text
+        )
     parser.add_argument("--version", action="version", version=f"rigid {__version__}")
-    given = Options(**vars(parser.parse_args(arguments)))
+    read = vars(parser.parse_args(arguments))
+    read["runs"] = tuple(read.get("runs", ()))
+    read["switches"] = frozenset(read.get("switches") or ())
+    given = Options(**{"spec": " ".join(map(str, read["runs"])), **read})
     if given.workers is not None and not takes.workers:
         parser.error(
             f"--workers {given.workers}: this command is one job and runs in this process; "
@@ -179,7 +196,7 @@ def run(
     - `body`: does the work and returns 0 or 1. - `arguments`: None: those of the process.
     """
     options = parse(command, says, arguments, takes)
-    say(options, f"rigid {__version__}: {command} {options.spec}")
+    say(options, f"rigid {__version__}: {command} {options.spec}".rstrip())
     try:
         with signals(), running(_as_typed(command, arguments)):
             status = body(options)

@@ -15,7 +15,7 @@ Table = tuple[str, tuple[str, ...], tuple[tuple[str, ...], ...]]
 WORDS = {
     "mu": "μ",
     "inverse_M_root": "mass of the root plate per cylinder",
-    "pitch_ratio": "(ρ/d)²",  # noqa: RUF001
+    "pitch_ratio": "(ρ/d)²",
     "pitch_lever": "e/d",
     "mu_branch[1]": "μ₁",
     "mu_branch[2]": "μ₂",

@@ -1,0 +1,43 @@
+"""`python -m rigid.paper`: the paper, its equations, numbers and figures, computed again."""
+
+import sys
+
+from rigid.io.cli import Options, Takes, run, say
+
+SAYS = "Compute the paper again: equations (2) to (23), every printed number, and its figures."
+NO_FIT = "no-fit"
+TAKES = Takes(
+    count="none",
+    switches={NO_FIT: "leave out the fit to the printed numbers, which takes some minutes"},
+)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command."""
+    return run("paper", SAYS, paper, arguments, TAKES)
+
+
+def paper(options: Options) -> int:
+    """Compute and write all files; returns 0, or 1 if something differs without a reason."""
+    from rigid.io.runtime import prepare
+
+    prepare()
+    from rigid.study.paper import reproduce
+
+    found = reproduce(
+        seed=options.seed,
+        fit=NO_FIT not in options.switches,
+        progress=lambda line: say(options, line),
+    )
+    folder = options.folder(found.spec.path)
+    found.write(folder)
+    sys.stdout.write(found.json() if options.as_json else found.table())
+    for check in found.checks:
+        if not check["ok"]:
+            sys.stderr.write(f"{check['name']}: {check['says']}\n")
+    say(options, f"report: {folder / 'index.html'}")
+    return 0 if found.usable else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""The paper reproduced: page and files."""

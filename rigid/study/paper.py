@@ -1,0 +1,89 @@
+"""The paper computed again, as values and as files."""
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from rigid.io.files import locked, write_text
+from rigid.io.provenance import invocation
+from rigid.published.run import Findings, run
+from rigid.published.walk.walk import Walk, walk
+from rigid.report.paper import output
+from rigid.report.paper.content import KIND, content
+from rigid.report.published import output as fitted
+from rigid.report.published.present import content as fitted_content
+from rigid.report.published.section import KIND as FITTED
+from rigid.report.section import write_report
+from rigid.spec import Spec, find_spec, load_spec
+
+
+@dataclass(frozen=True, eq=False)
+class Paper:
+    """What was computed of the paper.
+
+    - `spec`: the printed numbers that are fitted. - `walk`: numbers, equations, figures.
+    - `findings`: of the fit to the printed numbers; None where it was left out.
+    """
+
+    spec: Spec
+    walk: Walk
+    findings: Findings | None
+
+    @cached_property
+    def result(self) -> dict[str, Any]:
+        """All of result.json."""
+        return output.result(self.spec, self.walk, self.findings, invocation().wall_s)
+
+    @property
+    def checks(self) -> list[dict[str, Any]]:
+        """What must hold: everything is reproduced or explained; the fit's evidence is sound."""
+        return self.result["checks"]
+
+    @property
+    def usable(self) -> bool:
+        """Whether every check holds."""
+        return self.result["usable"]
+
+    def items(self) -> pd.DataFrame:
+        """A row for each printed number, equation and figure: printed, computed, verdict."""
+        return pd.DataFrame(self.result["items"]).set_index("name")
+
+    def table(self) -> str:
+        """The items as text."""
+        return output.table(self.walk)
+
+    def json(self) -> str:
+        """The text of result.json."""
+        return json.dumps(self.result, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+    def write(self, folder: Path | str) -> None:
+        """Write page, figures and result.json to a folder; with the fit, its files as well."""
+        folder = Path(folder)
+        with locked(folder):
+            if self.findings is not None:
+                fitted.write(folder, self.spec, self.findings, invocation().began)
+                write_report(FITTED, fitted_content(self.spec, self.findings), folder)
+            write_text(folder / "result.json", self.json())
+            write_report(KIND, content(self.spec, self.walk), folder)
+
+
+def reproduce(
+    *,
+    seed: int | None = None,
+    fit: bool = True,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Paper:
+    """Compute the paper again.
+
+    - `seed`: of the draws; None: that of the shipped spec. - `fit`: whether to fit the printed
+      numbers as well, which takes some minutes. - `progress`: is told what is computed.
+    """
+    spec = load_spec(find_spec("paper"))
+    seed = spec.sampler.seed if seed is None else seed
+    walked = walk(seed, progress)
+    return Paper(spec, walked, run(spec, seed, progress) if fit else None)
