@@ -55,6 +55,7 @@ def channel(record, kind, quantity, unit, seed, time=TIME):
         valve=valve,
         gap=1.0 + 0.05 * rng.random(),
         correlation_time=0.0 if kind == "release" else 0.031,
+        autocorrelation=0.02 * rng.standard_normal((2, 40)),
     )
 
 

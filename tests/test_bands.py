@@ -218,6 +218,18 @@ def test_draws_bear_the_names_of_the_fit(tmp_path):
     np.testing.assert_allclose(law.values["mu_branch[2]"], NOMINAL["mu_branch[2]"])
     assert law.only(np.arange(3)).size == 3
     assert law.centre().size == 1
+    assert law.failed == ""
+
+
+def test_a_posterior_says_that_its_fit_must_not_be_used(tmp_path):
+    (tmp_path / "field.toml").write_text(spec_text(), encoding="utf-8")
+    said = {"usable": 0, "failed_checks": "converged: R-hat is 1.3"}
+    write_posterior(tmp_path / "posterior.nc", **said)
+    law = read_law(
+        load_spec(tmp_path / "field.toml"), tmp_path / "posterior.nc", np.random.default_rng(1)
+    )
+    assert law.failed == said["failed_checks"]
+    assert law.only(np.arange(3)).failed == law.centre().failed == law.failed
 
 
 # What happened in a record

@@ -91,7 +91,7 @@ def test_the_page_is_well_formed_and_fetches_nothing(page):
 def test_every_table_header_has_a_scope_and_every_figure_a_caption(page):
     assert set(parsed(page).tables) == {"col", "row"}
     figures = re.findall(r"<figure .*?</figure>", page, flags=re.DOTALL)
-    assert len(figures) == 4 + 4
+    assert len(figures) == 5 + 4
     for figure in figures:
         assert re.search(r'role="img" aria-label="[^"]{20,}"', figure)
         assert re.search(r"<figcaption>.{40,}", figure)

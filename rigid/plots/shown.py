@@ -29,7 +29,8 @@ class ChannelFit:
     - valve: (time [s] from which, "open" | "shut" | "tank"), the first at the record's start;
       empty where there is none
     - gap: RMS residual over the sheet's noise; 1 is a sensor as good as its sheet
-    - correlation_time: of the fitted noise [s]; 0 where the noise is white
+    - correlation_time: of the fitted noise [s]; 0 where the noise model takes it for white
+    - autocorrelation: at lags from 1 on, of readings less the median and of `residual`
     """
 
     record: str
@@ -44,6 +45,7 @@ class ChannelFit:
     valve: tuple[tuple[float, str], ...]
     gap: float
     correlation_time: float
+    autocorrelation: Float[np.ndarray, "2 lags"]
 
     def __post_init__(self) -> None:
         n, name = self.time.shape, f"{self.record}, {self.quantity}"

@@ -11,6 +11,7 @@ from matplotlib.mathtext import MathTextParser
 
 # Okabe & Ito (2008), colour universal design.
 BLUE, VERMILION, GREEN = "#0072B2", "#D55E00", "#009E73"
+RED = "#B00020"  # of what somebody printed, and of nothing else; darker than vermilion
 ORANGE, SKY, PURPLE = "#E69F00", "#56B4E9", "#B05C8E"
 INK, GREY, PALE = "#1f2933", "#6b7280", "#d3d8de"
 ENSEMBLES = (BLUE, VERMILION, GREEN, ORANGE, SKY, PURPLE, INK, GREY)

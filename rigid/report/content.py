@@ -7,6 +7,7 @@ What the figures show is defined beside the plots, in `rigid.plots.shown`.
 from dataclasses import dataclass
 
 from rigid.inference.alternatives import Alternative
+from rigid.inference.summary import Check
 from rigid.plots.figure import Illustration
 from rigid.plots.shown import ChannelFit, Draws, FrictionCurve, Roots, Trace
 
@@ -41,21 +42,13 @@ class Published:
 
 
 @dataclass(frozen=True)
-class Check:
-    """A condition on the result: what it is called, whether it holds, what was found."""
-
-    name: str
-    ok: bool
-    says: str
-
-
-@dataclass(frozen=True)
 class KeyNumber:
     """One of the few numbers people come for.
 
     - label: in words ("stiffness of the load-cell end"); symbol: TeX without dollar signs
     - reading: one sentence on what it means; left empty, the page compares with `published`
     - range: of a row that stands for several numbers, "0.12 to 0.25", in place of one
+    - name: of the parameter, as in summary.csv; empty where it is none
     """
 
     label: str
@@ -68,6 +61,7 @@ class KeyNumber:
     published: tuple[Published, ...] = ()
     reading: str = ""
     range: str = ""
+    name: str = ""
 
 
 @dataclass(frozen=True)
@@ -225,6 +219,46 @@ class Content:
     drawn: tuple[tuple[str, Illustration], ...] = ()
 
 
+@dataclass(frozen=True)
+class BudgetLine:
+    """A line of an uncertainty budget.
+
+    - `source`; `kind`: "A", by statistics of the records, or "B", known before.
+    - `estimate`, `uncertainty` [unit]: of the input quantity, its standard uncertainty.
+    - `sensitivity`: of the result to it; `contribution`: to the result's standard uncertainty, in
+      the result's unit.
+    """
+
+    source: str
+    kind: str
+    estimate: float | None
+    uncertainty: float | None
+    unit: str
+    sensitivity: float | None
+    contribution: float
+
+
+@dataclass(frozen=True)
+class GumBudget:
+    """The budget of one number: `combined` is its standard uncertainty, all varied together."""
+
+    name: str
+    unit: str
+    estimate: float
+    combined: float
+    lines: tuple[BudgetLine, ...]
+
+
+@dataclass(frozen=True)
+class ForPaper:
+    """What goes into a paper as it stands: two paragraphs, a table, references."""
+
+    methods: str
+    results: str
+    latex: str
+    bibtex: str
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class CalibrationContent(Content):
     """The section on a calibration, complete.
@@ -246,3 +280,5 @@ class CalibrationContent(Content):
     draws: Draws | None = None
     traces: tuple[Trace, ...] = ()
     roots: Roots | None = None
+    budgets: tuple[GumBudget, ...] = ()
+    paper: ForPaper | None = None

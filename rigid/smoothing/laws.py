@@ -38,6 +38,7 @@ class Law:
     - `name`: for tables. - `weight`: its probability. - `effects`: what acts.
     - `values`: (draws,) by flat label, sensors' gains and zeros included. - `labels`: all flat
       labels of a name, `gain[load,A]` among those of `gain`.
+    - `failed`: checks that its fit failed, in a sentence; empty where it is usable.
     """
 
     name: str
@@ -45,6 +46,7 @@ class Law:
     effects: tuple[type[AbstractEffect], ...]
     values: Mapping[str, np.ndarray]
     labels: Mapping[str, tuple[str, ...]] = dataclasses.field(default_factory=dict)
+    failed: str = ""
 
     @property
     def size(self) -> int:
@@ -127,7 +129,14 @@ def read_law(spec: Spec, path: Path, rng: np.random.Generator, folder: Path | No
         named[name] = named.get(name, {}) | one
         values |= one
     labels = {name: tuple(one) for name, one in named.items()}
-    return Law("/".join(spec.model.effects), 1.0, chosen_effects(at), values, labels)
+    return Law("/".join(spec.model.effects), 1.0, chosen_effects(at), values, labels, _failed(tree))
+
+
+def _failed(tree: xr.DataTree) -> str:
+    """Checks that the fit of a posterior failed; empty where it may be used."""
+    if int(tree.attrs.get("usable", 1)):
+        return ""
+    return str(tree.attrs.get("failed_checks") or "its fit is not usable")
 
 
 def _require_same(spec: Spec, path: Path, tree: xr.DataTree) -> None:

@@ -87,7 +87,7 @@ def write_all(asked: Smoothing, folder: Path, options: Options) -> Written:
         take_down(folder, KIND.name)
     found = tuple(_written(asked, test, folder, options) for test in asked.tests)
     spec = asked.spec
-    made = output.as_dict(spec.path.stem, spec.simulated, asked.seed, found)
+    made = output.as_dict(spec.path.stem, spec.simulated, asked.seed, found, asked.laws)
     text = output.write_json(folder / "bands" / "bands.json", made)
     this = content(spec, made, list(found), sum(law.size for law in asked.laws))
     write_report(KIND, this, folder)

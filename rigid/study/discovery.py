@@ -32,6 +32,7 @@ from rigid.report.discovery.section import KIND
 from rigid.report.discovery.terminal import table
 from rigid.report.made import made
 from rigid.report.section import write_report
+from rigid.report.usability import residuals_of
 from rigid.spec import Spec, parse_spec
 
 if TYPE_CHECKING:
@@ -109,7 +110,8 @@ class Discovery:
             extended = self.folder / output.SPEC_NAME
         told = output.as_dict(self._spec, self.outcome, extended)
         solver = None if self.solver is None else self.solver.values()
-        checks = [] if self.solver is None else [self.solver.check]
+        residuals = residuals_of(self.outcome.final)
+        checks = [residuals] if self.solver is None else [residuals, self.solver.check]
         return told | {
             "usable": all(one.ok for one in checks),
             "checks": [{"name": c.name, "ok": bool(c.ok), "says": c.says} for c in checks],

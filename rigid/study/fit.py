@@ -17,6 +17,7 @@ from rigid.inference.summary import Check, Result, write_result_json, write_summ
 from rigid.plots.figure import Drawn
 from rigid.report.calibration import figures, output
 from rigid.report.calibration.figures import corner, friction, records, roots, traces
+from rigid.report.calibration.for_paper import write_for_paper
 from rigid.report.calibration.present import content
 from rigid.report.calibration.section import KIND
 from rigid.report.content import CalibrationContent
@@ -62,7 +63,7 @@ class Fit:
     def posterior(self) -> xr.DataTree:
         """All groups of posterior.nc: posterior, prior, predictions, log-likelihoods, data."""
         folder = self.spec.path.parent.resolve().as_posix()
-        told = output.provenance(self.spec, self.calibrated) | {"spec_folder": folder}
+        told = output.provenance(self.spec, self.calibrated, self.result) | {"spec_folder": folder}
         return data_tree(self._groups, told)
 
     @property
@@ -83,11 +84,18 @@ class Fit:
         """
         folder = Path(folder)
         output.write_posterior(
-            folder / "posterior.nc", self.spec, self.calibrated, self._groups, spec_folder
+            folder / "posterior.nc",
+            self.spec,
+            self.calibrated,
+            self.result,
+            self._groups,
+            spec_folder,
         )
         write_summary_csv(folder / "summary.csv", self.result.parameters)
         write_result_json(folder / "result.json", self.result)
-        write_report(KIND, content(self.spec, self.calibrated, self.result), folder)
+        told = content(self.spec, self.calibrated, self.result)
+        write_for_paper(told.paper, folder)
+        write_report(KIND, told, folder)
 
     @cached_property
     def _groups(self) -> Mapping[str, xr.Dataset]:

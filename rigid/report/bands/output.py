@@ -10,6 +10,7 @@ import numpy as np
 from rigid.io.files import replacing, write_text
 from rigid.smoothing.budget import FIGURES, PARTS, Line
 from rigid.smoothing.finished import Finished
+from rigid.smoothing.laws import Law
 from rigid.smoothing.paths import UNITS
 from rigid.smoothing.run import PART_NAMES, Bands
 
@@ -54,7 +55,7 @@ def _write(path: Path, head: Sequence[str], table: tuple[np.ndarray, list[np.nda
                 file.write(f"{t:.4f}," + ",".join(f"{v:.6g}" for v in row) + "\n")
 
 
-def checks(all_found: Iterable[Finished]) -> list[tuple[str, bool, str]]:
+def checks(all_found: Iterable[Finished], laws: Iterable[Law]) -> list[tuple[str, bool, str]]:
     """What must hold for the bands to be used: name, whether it does, what was found."""
     gaps = {place: gap for found in all_found for place, gap in found.gaps.items()}
     at = max(gaps, key=gaps.__getitem__)
@@ -63,14 +64,22 @@ def checks(all_found: Iterable[Finished]) -> list[tuple[str, bool, str]]:
         f"readings lie {worst:.2f} times noise and rounding from what the rig explains, at worst, "
         f"in {at} (limit {MOST_GAP})"
     )
-    return [("residuals", worst <= MOST_GAP, said)]
+    failed = [f"{law.name}: {law.failed}" for law in laws if law.failed]
+    told = "the calibration that the bands rest on may be used"
+    if failed:
+        told = f"the calibration must not be used as it stands ({' | '.join(failed)})"
+    return [("posterior", not failed, told), ("residuals", worst <= MOST_GAP, said)]
 
 
 def as_dict(
-    spec_name: str, simulated: bool, seed: int, all_found: Sequence[Finished]
+    spec_name: str,
+    simulated: bool,
+    seed: int,
+    all_found: Sequence[Finished],
+    laws: Sequence[Law],
 ) -> dict[str, Any]:
     """Everything but the series, for programs."""
-    listed = checks(all_found)
+    listed = checks(all_found, laws)
     return {
         "schema": SCHEMA,
         "spec": spec_name,

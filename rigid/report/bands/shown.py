@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
+from matplotlib.colors import to_rgb
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
@@ -66,6 +67,6 @@ def legend(bands: Sequence[Banded]) -> list[Line2D | Patch]:
     ]
     return [
         *lines,
-        Patch(color=GREY, alpha=0.6, linewidth=0, label="50 % band"),
-        Patch(color=GREY, alpha=0.3, linewidth=0, label="90 % band"),
+        Patch(facecolor=(*to_rgb(GREY), 0.6), edgecolor=GREY, linewidth=0.6, label="50 % band"),
+        Patch(facecolor=(*to_rgb(GREY), 0.3), edgecolor=GREY, linewidth=0.6, label="90 % band"),
     ]

@@ -10,12 +10,10 @@ from rigid.inference.calibrate import Calibrated
 from rigid.plots.metrology import median_and_interval, significant
 from rigid.plots.shown import FrictionCurve
 from rigid.report import wording
+from rigid.report.calibration.budget import silent
 from rigid.report.content import BAD, GOOD, Answer, Check, Front, KeyNumber
 
 MOST_ANSWERS = 7
-SILENT = 0.1
-"""Share of its prior that a parameter has to lose for the records to have spoken of it."""
-
 NEXT = {
     "residuals": "Run `rigid discover` on this spec: it says where records and model disagree and "
     "which effect is missing. The worst record is named in the check; leave it out (`fit = false`) "
@@ -28,6 +26,11 @@ NEXT = {
     "solver": "The fast solver's error matters here: let the spec take the reference solver.",
 }
 """What to do when a check fails, by its name."""
+
+READY = (
+    "Use posterior.nc: `rigid bands` makes ice loads of it; `rigid discover` looks for a missing "
+    "effect."
+)
 
 
 def front(
@@ -48,9 +51,9 @@ def front(
         ruling=wording.verdict(usable, checks),
         why=tuple(f"{one.name}: {one.says}" for one in failed) or passed(checks),
         answers=tuple(answer(one, choices) for one in numbers[:MOST_ANSWERS]),
-        cannot=(*silent(done), *unheard(curve), *unsettled(choices)),
+        cannot=(*nothing_learned(done), *unheard(curve), *unsettled(choices)),
         next=tuple(NEXT.get(one.name, f"See the check `{one.name}`.") for one in failed)
-        or ("Use posterior.nc: `rigid bands` and `rigid discover` take it from here.",),
+        or (READY,),
         figure="friction" if curve is not None else "corner",
     )
 
@@ -76,19 +79,12 @@ def answer(number: KeyNumber, choices: Sequence[Alternative]) -> Answer:
     return Answer(number.label, value, said, number.symbol)
 
 
-def silent(done: Calibrated) -> tuple[str, ...]:
+def nothing_learned(done: Calibrated) -> tuple[str, ...]:
     """Parameters of which the records say nothing, in one sentence."""
-    z = done.draws.z.reshape(-1, done.draws.z.shape[-1])
-    kept = 1.0 - z.std(axis=0)
-    bases = [
-        p.base
-        for p, share in zip(done.problem.parameters.sampled, kept, strict=True)
-        if share < SILENT
-    ]
+    bases = dict.fromkeys(label.split("[")[0] for label in silent(done))
     if not bases:
         return ()
-    names = ", ".join(dict.fromkeys(bases))
-    return (f"Nothing is learned of {names}: these keep their priors.",)
+    return (f"Nothing is learned of {wording.listed(list(bases))}: these keep their priors.",)
 
 
 def unheard(curve: FrictionCurve | None) -> tuple[str, ...]:

@@ -12,6 +12,8 @@ from rigid.inference.summary import Result
 from rigid.likelihood.parameters import Parameter
 from rigid.plots.metrology import significant
 from rigid.report import content as page
+from rigid.report.calibration.budget import budgets
+from rigid.report.calibration.for_paper import for_paper
 from rigid.report.calibration.front import front
 from rigid.report.calibration.output import At, friction_at
 from rigid.report.calibration.shown import channel_fit, corner, friction_curve, roots_shown, traces
@@ -52,6 +54,8 @@ def content(spec: Spec, done: Calibrated, found: Result) -> page.CalibrationCont
         draws=corner(done),
         traces=traces(done),
         roots=roots_shown(done),
+        budgets=budgets(done, numbers),
+        paper=for_paper(spec, done, found, numbers, choices),
     )
 
 
@@ -84,7 +88,9 @@ def key_numbers(spec: Spec, done: Calibrated) -> tuple[page.KeyNumber, ...]:
     if done.problem.of_the_rig:
         return _of_the_rig(done)
     return tuple(
-        _key(_worded(spec, p), p.symbol, _unit(p), done.values[p.label])
+        dataclasses.replace(
+            _key(_worded(spec, p), p.symbol, _unit(p), done.values[p.label]), name=p.label
+        )
         for p in done.problem.parameters.sampled
         if p.base != "noise"
     )
@@ -100,7 +106,10 @@ def _of_the_rig(done: Calibrated) -> tuple[page.KeyNumber, ...]:
     """Stiffness, friction and flow fractions."""
     sampled, stiffness = done.problem.parameters.sampled, "stiffness of the load-cell end"
     out = [
-        _key(stiffness, "k_{LC}", p.unit, done.values[p.label], _published(done, "k_LC"))
+        dataclasses.replace(
+            _key(stiffness, "k_{LC}", p.unit, done.values[p.label], _published(done, "k_LC")),
+            name=p.label,
+        )
         for p in sampled
         if p.base == "k_LC"
     ]

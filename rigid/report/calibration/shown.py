@@ -6,6 +6,7 @@ from rigid.inference.calibrate import Calibrated
 from rigid.inference.derived import LEVELS, Channel, frictions, values_of
 from rigid.inference.excitation import excited
 from rigid.inference.friction_curve import FREQUENCIES
+from rigid.likelihood.correlation import autocovariance
 from rigid.physics.characteristic import PUBLISHED_RIG, TwoMassRig, dimensionless, roots
 from rigid.physics.sensors import UNITS
 from rigid.plots import shown
@@ -33,6 +34,14 @@ CORNER_DRAWS = 4000
 
 RANK_BINS = 20
 
+FIRST = ("k_LC", "mu", "F_C", "mu_branch", "tau_branch", "k_oil", "L_0")
+"""Parameters that stand first in the corner figure."""
+
+MOST_PAIRED = 9
+
+LAGS = 40
+"""Samples up to which autocorrelation is shown."""
+
 
 def channel_fit(done: Calibrated, c: Channel) -> shown.ChannelFit:
     """One channel for the figures."""
@@ -46,7 +55,19 @@ def channel_fit(done: Calibrated, c: Channel) -> shown.ChannelFit:
         residual=c.residual[read],
         valve=tuple((t, s.position) for t, s in zip(begins, record.valve, strict=True)),
         gap=c.gap, correlation_time=c.correlation_time,
+        autocorrelation=np.stack([
+            _autocorrelation(c.data - c.quantiles[2]),
+            _autocorrelation(np.where(read, c.residual, np.nan)),
+        ]),
     )  # fmt: skip
+
+
+def _autocorrelation(series: np.ndarray) -> np.ndarray:
+    """Autocorrelation at lags 1 to LAGS of a series with NaN where nothing was read."""
+    known = np.isfinite(series)
+    centred = np.where(known, series - np.mean(series[known]), 0.0)
+    found = autocovariance(centred, known, LAGS)
+    return found[1:] / found[0] if found[0] > 0.0 else np.zeros(LAGS)
 
 
 def friction_curve(done: Calibrated) -> shown.FrictionCurve | None:
@@ -91,7 +112,10 @@ def corner(done: Calibrated) -> shown.Draws | None:
     rig = done.problem.of_the_rig
     local = ("kappa", "kappa_tank", "noise", "preload", "release_time", "M_Pl", "k_frame")
     left_out = local if rig else ("noise",)
-    chosen = [p for p in done.problem.parameters.sampled if p.base not in left_out][:9]
+    machine = [p for p in done.problem.parameters.sampled if p.base not in left_out]
+    # Sorted is stable: what matters first, the rest in the order of the model.
+    chosen = sorted(machine, key=lambda p: FIRST.index(p.base) if p.base in FIRST else len(FIRST))
+    chosen = chosen[:MOST_PAIRED]
     if not chosen:
         return None
     flat = np.stack([done.values[p.label].ravel() for p in chosen])

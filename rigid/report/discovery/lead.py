@@ -7,6 +7,7 @@ from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained
 from rigid.discovery.workflow import Outcome, Step
 from rigid.localfit.intervals import interval
 from rigid.localfit.leave_one_out import gap
+from rigid.plots import metrology
 from rigid.plots.metrology import median_and_interval, significant
 from rigid.report.discovery.output import added_labels, alternatives, quoted
 from rigid.report.discovery.section import Moved
@@ -42,8 +43,8 @@ def lead(outcome: Outcome, extended: str | None) -> tuple[tuple[str, tuple[str, 
         sure = (
             f"Of campaigns in which the model is complete, {share(outcome.last.p_value)} leave as "
             "much over as these records do. The probability that nothing is missing is "
-            f"{nothing:.2f}. What is too weak for these records may be missing all the same: the "
-            "last table says from what size on an effect would have shown."
+            f"{chance_of(nothing)}. What is too weak for these records may be missing all the "
+            "same: the last table says from what size on an effect would have shown."
         )
         still = f"Nothing was added. The gap is {gap(outcome.base):.4f}."
         return (("How sure?", (sure,)), ("What changed?", (still,)))
@@ -58,6 +59,11 @@ def lead(outcome: Outcome, extended: str | None) -> tuple[tuple[str, tuple[str, 
         ("What changed?", changed),
         (NEXT, (_next(outcome.steps, extended),)),
     )
+
+
+def chance_of(probability: float) -> str:
+    """A probability as the sentences say it: to two places, never 0 or 1."""
+    return metrology.chance(probability, 2)
 
 
 def share(p_value: float) -> str:
@@ -86,9 +92,11 @@ def _what(step: Step) -> str:
 def _sure(step: Step) -> str:
     if step.chosen is None:
         unnamed = step.probability[UNNAMED]
-        return f"{chance(step)} The probability that it has no name is {unnamed:.2f}."
-    rest = "".join(f", {one['effect']} {one['probability']:.2f}" for one in alternatives(step))
-    names = f"Probability: {step.chosen} {step.probability[step.chosen]:.2f}{rest}."
+        return f"{chance(step)} The probability that it has no name is {chance_of(unnamed)}."
+    rest = "".join(
+        f", {one['effect']} {chance_of(one['probability'])}" for one in alternatives(step)
+    )
+    names = f"Probability: {step.chosen} {chance_of(step.probability[step.chosen])}{rest}."
     if step.judged is None:
         return f"{chance(step)} {names}"
     gains = step.judged.gains

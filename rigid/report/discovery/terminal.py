@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from rigid.plots.metrology import chance
 from rigid.report.discovery.compared import channel_of
 
 
@@ -21,11 +22,11 @@ def table(made: dict[str, Any]) -> str:
         where = step["where"]
         lines.append(
             f"{number}. {step['effect'] or 'no effect of the catalogue'} "
-            f"(probability {step['probability']:.2f}); shows in {where['record']},"
+            f"(probability {chance(step['probability'], 2)}); shows in {where['record']},"
             f"{where['cylinder']} {where['channel']}; equation {where['equation']}"
         )
         for other in step["alternatives"]:
-            lines.append(f"   or {other['effect']} (probability {other['probability']:.2f})")
+            lines.append(f"   or {other['effect']} (probability {chance(other['probability'], 2)})")
         for label, found in step["parameters"].items():
             lines.append(
                 f"   {label} = {found['median']:.4g} ({found['q05']:.4g} to {found['q95']:.4g}) "

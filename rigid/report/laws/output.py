@@ -13,7 +13,7 @@ from rigid.localfit.intervals import interval
 from rigid.localfit.leave_one_out import gap
 from rigid.localfit.next_record import Proposal
 from rigid.localfit.trust_region import promised
-from rigid.report.usability import MOST_GAP
+from rigid.report.usability import residuals_of
 from rigid.spec import Spec
 
 SCHEMA = 1
@@ -28,7 +28,7 @@ def as_dict(
 ) -> dict[str, Any]:
     """What goes to laws.json; log evidences and densities are differences to the first law."""
     left_over = gap(found.first.local)
-    listed = checks(left_over, found.first.law.words, solver)
+    listed = checks(found, solver)
     return {
         "schema": SCHEMA,
         "spec": spec.path.name,
@@ -49,16 +49,11 @@ def as_dict(
     }
 
 
-def checks(left_over: float, law: str, solver: SolverCheck | None) -> list[dict[str, Any]]:
-    """What must hold for the comparison to be used: name, whether it does, what was found."""
-    said = (
-        f"the best law, {law}, leaves residuals of {left_over:.2f} times what the sensors' sheets "
-        f"say (limit {MOST_GAP})"
-    )
-    listed = [{"name": "residuals", "ok": bool(left_over <= MOST_GAP), "says": said}]
-    if solver is not None:
-        listed.append({"name": "solver", "ok": bool(solver.ok), "says": solver.says})
-    return listed
+def checks(found: Comparison, solver: SolverCheck | None) -> list[dict[str, Any]]:
+    """What must hold for the comparison to be used, of the first law's fit."""
+    residuals = residuals_of(found.first.local)
+    listed = [residuals] if solver is None else [residuals, solver.check]
+    return [{"name": c.name, "ok": bool(c.ok), "says": c.says} for c in listed]
 
 
 def _law(one: Standing, found: Comparison) -> dict[str, Any]:

@@ -10,7 +10,6 @@ from rigid.localfit.scatter import CAMPAIGNS
 from rigid.plots import metrology
 from rigid.report.content import BAD, GOOD, RESERVE, Answer, Check, Front, Provenance
 from rigid.report.laws.section import LawsContent, LawShown
-from rigid.report.usability import MOST_GAP
 from rigid.spec import Spec
 
 LEAST_TOLD = 0.01
@@ -98,7 +97,8 @@ def _shown(one: dict[str, Any]) -> LawShown:
 def ruling(made: dict[str, Any]) -> str:
     """The verdict in a sentence."""
     first, names = made["laws"][0], _names(made)
-    if not made["usable"] and made["gap"] <= MOST_GAP:
+    failed = {one["name"] for one in made["checks"] if not one["ok"]}
+    if failed == {"solver"}:
         return "The solver's error matters: the comparison must not be used as it stands."
     if not made["usable"]:
         return (
@@ -107,7 +107,7 @@ def ruling(made: dict[str, Any]) -> str:
         )
     if made["verdict"] == CANNOT_TELL:
         return f"These records cannot tell: {first['words']}, or {names}."
-    told = f"{first['words']} friction (probability {first['probability']:.2f})"
+    told = f"{first['words']} friction (probability {metrology.chance(first['probability'], 2)})"
     if made["verdict"] == TIED:
         return f"{told}. The records do not need the larger {names}."
     return f"{told}; no other law is tied with it."
@@ -152,7 +152,8 @@ def table(made: dict[str, Any]) -> str:
     for one in made["laws"]:
         lines.append(
             f"{one['words']:34}{one['log_evidence']:10.1f} +- {one['log_evidence_error']:<5.1f}"
-            f"{one['probability']:12.3f}{one['elpd_difference']:12.1f} +- {one['elpd_error']:<5.1f}"
+            f"{metrology.chance(one['probability']):>12}{one['elpd_difference']:12.1f} +- "
+            f"{one['elpd_error']:<5.1f}"
             f"{'tied' if one['tied'] else ''}".rstrip()
         )
     if made["next_record"] is not None:

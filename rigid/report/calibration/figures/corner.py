@@ -10,10 +10,12 @@ from matplotlib.figure import Figure
 from rigid.plots import metrology
 from rigid.plots.figure import Drawn
 from rigid.plots.shown import Draws
-from rigid.plots.style import BLUE, PAGE_WIDTH, VERMILION, house_style, stamp, tex
+from rigid.plots.style import BLUE, PAGE_WIDTH, RED, house_style, stamp, tex
 from rigid.report.content import CalibrationContent
 
 PLACE = "parameters"
+MOST = 5
+"""Parameters of the first figure; all are in a second one."""
 
 # Shares of the draws inside the contours, as in the other figures.
 _INSIDE = (0.5, 0.9)
@@ -25,18 +27,32 @@ def drawn(content: CalibrationContent) -> Iterator[Drawn]:
     draws = content.draws
     if draws is None:
         return
+    yield _drawn("corner", "main", _first(draws, MOST), content.simulated)
+    if len(draws.symbols) > MOST:
+        yield _drawn("corner-all", "machine's own", draws, content.simulated)
+
+
+def _drawn(name: str, which: str, draws: Draws, simulated: bool) -> Drawn:
+    """The pairs of some parameters."""
     marked = any(mark is not None for mark in draws.marks)
     printed = " Red lines: values that the paper prints, where they fall inside." if marked else ""
-    yield Drawn(
-        "corner",
-        corner_figure(draws, content.simulated),
-        f"Every pair of the main parameters. Contours hold 50 and 90 % of the draws.{printed} A "
+    return Drawn(
+        name,
+        corner_figure(draws, simulated),
+        f"Every pair of the {which} parameters. Contours hold 50 and 90 % of the draws.{printed} A "
         "slanted or curved contour is a trade-off that the records do not settle.",
-        "Joint posterior of pairs of the main parameters",
+        f"Joint posterior of pairs of the {which} parameters",
         {
             f"{symbol} [{unit}]": row
             for symbol, unit, row in zip(draws.symbols, draws.units, draws.values, strict=True)
         },
+    )
+
+
+def _first(draws: Draws, count: int) -> Draws:
+    """The first parameters alone."""
+    return Draws(
+        draws.symbols[:count], draws.units[:count], draws.values[:count], draws.marks[:count]
     )
 
 
@@ -73,6 +89,7 @@ def corner_figure(draws: Draws, simulated: bool) -> Figure:
             )
         finally:
             logging.getLogger("root").removeFilter(_quiet)
+        figure.subplots_adjust(left=0.95 / size, bottom=0.95 / size, right=0.99, top=0.97)
         if simulated:
             stamp(figure)
     return figure
@@ -96,11 +113,11 @@ def _look() -> dict:
         "smooth": 1.2,
         "levels": _INSIDE,
         "color": BLUE,
-        "truth_color": VERMILION,
+        "truth_color": RED,
         "plot_datapoints": False,
         "plot_density": False,
         "fill_contours": True,
-        "max_n_ticks": 4,
+        "max_n_ticks": 3,
         "labelpad": 0.08,
         "hist_kwargs": {"linewidth": 1.1},
         "contour_kwargs": {"linewidths": 0.9},

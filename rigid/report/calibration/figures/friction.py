@@ -5,13 +5,14 @@ from collections.abc import Iterator
 import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from rigid.plots.figure import Columns, Drawn
 from rigid.plots.shown import QUANTILES, FrictionCurve
-from rigid.plots.style import BLUE, GREEN, GREY, VERMILION, house_style, new_figure, panel_title
+from rigid.plots.style import BLUE, GREEN, GREY, RED, house_style, new_figure, panel_title
 from rigid.report.content import CalibrationContent
 
 PLACE = "friction"
@@ -94,7 +95,7 @@ def _frame(axes: Axes, curve: FrictionCurve) -> None:
     axes.set_xscale("log")
     axes.set_xlim(_LOWEST, _HIGHEST)
     for low, high in _silent(curve):
-        axes.axvspan(low, high, facecolor="#f1f3f5", hatch="////", edgecolor="#c3cad3", zorder=0)
+        axes.axvspan(low, high, facecolor="#f1f3f5", hatch="////", edgecolor="#9aa5b1", zorder=0)
 
 
 def _silent(curve: FrictionCurve) -> list[tuple[float, float]]:
@@ -144,7 +145,7 @@ def _magnitude(axes: Axes, curve: FrictionCurve) -> None:
         place = _LOWEST if at_rest else frequency
         axes.plot(
             *(place, value, marker),
-            color=VERMILION,
+            color=RED,
             markeredgecolor="white",
             markersize=7,
             clip_on=False,
@@ -172,15 +173,15 @@ def _legend(curve: FrictionCurve) -> list[Line2D | Patch]:
     marks = []
     for marker, (frequency, _, label) in zip(_MARKERS, curve.published, strict=False):
         where = ", steady (at left edge)" if frequency is None else f", {frequency:g} Hz"
-        style = {"color": VERMILION, "linestyle": "", "markersize": 6}
+        style = {"color": RED, "linestyle": "", "markersize": 6}
         marks.append(Line2D([], [], marker=marker, label=label + where, **style))
     return [
         Line2D([], [], color=BLUE, label="posterior median"),
-        Patch(color=BLUE, alpha=0.5, linewidth=0, label="50 %"),
-        Patch(color=BLUE, alpha=0.22, linewidth=0, label="90 %"),
+        Patch(facecolor=(*to_rgb(BLUE), 0.5), edgecolor=BLUE, linewidth=0.6, label="50 % band"),
+        Patch(facecolor=(*to_rgb(BLUE), 0.22), edgecolor=BLUE, linewidth=0.6, label="90 % band"),
         Line2D([], [], color=GREY, linestyle=(0, (4, 2)), label="prior, 90 %"),
         Patch(
-            facecolor="#f1f3f5", hatch="////", edgecolor="#c3cad3", label="only the prior speaks"
+            facecolor="#f1f3f5", hatch="//////", edgecolor="#9aa5b1", label="only the prior speaks"
         ),
         *marks,
     ]

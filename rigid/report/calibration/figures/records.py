@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -152,8 +153,8 @@ def _legend(channels: Sequence[ChannelFit]) -> list[Line2D | Patch]:
     return [
         sensor,
         Line2D([], [], color=BLUE, label="posterior median"),
-        Patch(color=BLUE, alpha=0.5, linewidth=0, label="50 %"),
-        Patch(color=BLUE, alpha=0.22, linewidth=0, label="90 %"),
-        Patch(color=PALE, alpha=0.45, linewidth=0, label="± 2"),
+        Patch(facecolor=(*to_rgb(BLUE), 0.5), edgecolor=BLUE, linewidth=0.6, label="50 % band"),
+        Patch(facecolor=(*to_rgb(BLUE), 0.22), edgecolor=BLUE, linewidth=0.6, label="90 % band"),
+        Patch(facecolor=PALE, edgecolor=GREY, linewidth=0.6, label="± 2"),
         *(Patch(color=VALVE[p], linewidth=0, label=_POSITIONS[p]) for p in positions),
     ]
