@@ -354,7 +354,7 @@ def test_a_test_is_written_and_let_go_before_the_next(tmp_path, monkeypatch):
         gc.collect()
         alive.append([one() is not None for one in made])
         before = names[: len(made)]
-        assert all((tmp_path / "out" / "bands" / f"{n}-drops.svg").exists() for n in before)
+        assert all((tmp_path / "out/figures" / f"bands-{n}-drops.svg").exists() for n in before)
         found = bands_by_hand(under[0].test.fields[0].name)
         made.append(weakref.ref(found))
         return found
@@ -587,6 +587,8 @@ def test_an_interrupted_run_goes_on_and_ends_the_same(done, monkeypatch):
     monkeypatch.setattr("rigid.smoothing.run.bands", stop)
     assert bands(dataclasses.replace(options, resume=True)) == 0
     assert not (again / "bands" / "unfinished").exists()
-    for name in ("press.csv", "press-parts.csv", "press.svg", "press-drops.svg", "bands.json"):
-        first, second = (folder / "bands" / name for folder in (done.out, again))
+    tables = [f"bands/{name}" for name in ("press.csv", "press-parts.csv", "bands.json")]
+    drawn = [f"figures/bands-press{name}" for name in (".svg", ".csv", "-drops.svg")]
+    for name in (*tables, *drawn):
+        first, second = (folder / name for folder in (done.out, again))
         assert first.read_bytes() == second.read_bytes(), name

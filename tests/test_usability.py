@@ -70,16 +70,17 @@ def test_another_rig_is_not_compared_with_the_paper():
 
 def test_flow_fractions_that_say_the_same_are_one_row():
     rng = np.random.default_rng(3)
-    found = {
-        f"kappa[free-run-{i},A]": 0.1 * i + 1e-3 * rng.standard_normal((1, 500)) for i in (1, 2, 3)
-    } | {"kappa_tank[frame-1,A,2]": -0.1 + 1e-3 * rng.standard_normal((1, 500))}
-    opened, tank = flow_fractions(found, ours=False)
+    found = [0.1 * i + 1e-3 * rng.standard_normal((1, 500)) for i in (1, 2, 3)]
+    [opened] = flow_fractions("valve open", found, ours=False)
     assert opened.label == "flow fractions, valve open (3 settings)"
     low, high = (float(end) for end in opened.range.split(" to "))
     assert (low, high) == pytest.approx((0.1, 0.3), abs=1e-3)
+    [tank] = flow_fractions("valve to the tank", found[:1], ours=False)
     assert (tank.label, tank.range) == ("flow fraction, valve to the tank", "")
     assert "paper" not in opened.reading
-    assert "paper" in flow_fractions(found, ours=True)[0].reading
+    [ours] = flow_fractions("valve open", found, ours=True)
+    assert "paper" in ours.reading
+    assert flow_fractions("valve open", [], ours=True) == []
 
 
 def test_a_budget_finds_what_a_number_is_made_of():

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from rigid.inference.calibrate import Calibrated
+from rigid.likelihood.parameters import Parameter
 from rigid.physics.sensors import UNITS
 from rigid.report.content import BudgetLine, GumBudget, KeyNumber
 
@@ -19,12 +20,12 @@ REPEATED = "scatter of the readings, through the fit"
 OTHERS = "all other known quantities"
 
 
-def silent(done: Calibrated) -> tuple[str, ...]:
-    """Labels of parameters of which the records say nothing: they keep their priors."""
+def silent(done: Calibrated) -> tuple[Parameter, ...]:
+    """Parameters of which the records say nothing: they keep their priors."""
     z = done.draws.z.reshape(-1, done.draws.z.shape[-1])
     kept = 1.0 - z.std(axis=0)
     sampled = done.problem.parameters.sampled
-    return tuple(p.label for p, share in zip(sampled, kept, strict=True) if share < SILENT)
+    return tuple(p for p, share in zip(sampled, kept, strict=True) if share < SILENT)
 
 
 def budgets(done: Calibrated, numbers: Sequence[KeyNumber]) -> tuple[GumBudget, ...]:
@@ -38,7 +39,7 @@ def budgets(done: Calibrated, numbers: Sequence[KeyNumber]) -> tuple[GumBudget, 
     Source: JCGM 100:2008 (GUM), 4.3, 5.1.3 and annex H; as a regression over draws, JCGM 101:2008.
     """
     units = {p.label: p.unit for p in done.problem.parameters.sampled}
-    inputs = {k: done.kept[k].ravel() for k in silent(done)}
+    inputs = {p.label: done.kept[p.label].ravel() for p in silent(done)}
     for label, pair in done.sensors.items():
         quantity = label.split(",")[0]
         for name, unit, series in zip(("gain", "zero"), ("1", UNITS[quantity]), pair, strict=True):

@@ -81,7 +81,7 @@ def answer(number: KeyNumber, choices: Sequence[Alternative]) -> Answer:
 
 def nothing_learned(done: Calibrated) -> tuple[str, ...]:
     """Parameters of which the records say nothing, in one sentence."""
-    bases = dict.fromkeys(label.split("[")[0] for label in silent(done))
+    bases = dict.fromkeys(p.base for p in silent(done))
     if not bases:
         return ()
     return (f"Nothing is learned of {wording.listed(list(bases))}: these keep their priors.",)
