@@ -20,6 +20,7 @@ from rigid.friction.comparison import (
     TIED,
     Odds,
     compare,
+    next_record,
     probabilities,
     verdict_of,
 )
@@ -37,7 +38,6 @@ from rigid.friction.models import (
     without_friction,
 )
 from rigid.friction.models import MEMORY as WITH_MEMORY
-from rigid.friction.next_record import next_record
 from rigid.friction.prior_widths import AS_STATED, VARIANTS, sized, spread
 from rigid.friction.starts import prior_starts
 from rigid.generator import Conditions, campaign
@@ -48,15 +48,15 @@ from rigid.likelihood.groups import SlowGroup
 from rigid.likelihood.priors import Lognormal, Normal, Uniform
 from rigid.likelihood.problem import Problem
 from rigid.likelihood.tracks import Series
-from rigid.localfit import left_out_refits as leaving
+from rigid.localfit import leave_one_out as leaving
 from rigid.localfit import trust_region as stepping
+from rigid.localfit.ascent import CLOSE, descended, led
+from rigid.localfit.expansion import Point, Program, expand, expanded
 from rigid.localfit.families import Family, families
 from rigid.localfit.hypothesis import Hypothesis
 from rigid.localfit.integral import Amplitude, evidence, shape
-from rigid.localfit.joint_ascent import CLOSE, Place, Program, descended, led, simulated
-from rigid.localfit.leave_one_out import units
-from rigid.localfit.left_out_refits import left_out
-from rigid.localfit.local import Local, expand
+from rigid.localfit.leave_one_out import Judged, left_out, units
+from rigid.localfit.local import Local
 from rigid.localfit.samples import data_of, lay_out, terms
 from rigid.localfit.scatter import CAMPAIGNS, Judge, Scattered, scattered
 from rigid.localfit.trust_region import Model, moved_within, promised, solved
@@ -104,7 +104,7 @@ def fits(made: Problem) -> tuple[Family, dict[str, Local]]:
     out = {}
     for law in (CONSTANT, ONE_BRANCH):
         hypothesis = Hypothesis(made, held=law.held)
-        begun = simulated(Program(family), prior_starts(hypothesis, lay_out(made), 1, 0))
+        begun = expand(Program(family), prior_starts(hypothesis, lay_out(made), 1, 0))
         out[law.name] = led(Program(family), begun)[0]
     return family, out
 
@@ -258,8 +258,8 @@ def held_at(family: Family, made: Problem, value: float, at: Local) -> Local:
     hypothesis = Hypothesis(made, held=dict(ONE_BRANCH.held) | {"mu_branch[1]": value})
     keep = np.array([label != "mu_branch[1]" for label in at.hypothesis.labels])
     w = at.w[np.concatenate([keep, np.ones(len(at.w) - len(keep), dtype=bool)])]
-    place = Place(hypothesis, at.layout, w, at.z_noise)
-    return led(Program(family), simulated(Program(family), [place]))[0]
+    point = Point(hypothesis, at.layout, w, at.z_noise)
+    return led(Program(family), expand(Program(family), [point]))[0]
 
 
 def test_no_branch_at_all_fits_as_well_as_constant_friction_and_none_better_than_the_fit(plain):
@@ -304,7 +304,7 @@ def test_a_valley_that_is_bent_in_logarithms_is_walked_in_a_few_turns(plain, mon
     """
     family, found = plain
     like = found[WITH_MEMORY]
-    begun = simulated(Program(family), prior_starts(like.hypothesis, like.layout, 1, 0))
+    begun = expand(Program(family), prior_starts(like.hypothesis, like.layout, 1, 0))
     ends = descended(Program(family), begun, 6)
     assert promised(ends[0]) < CLOSE
     monkeypatch.setattr(stepping, "bent_of", lambda local: np.zeros(len(local.w)))
@@ -353,23 +353,23 @@ def test_left_out_records_are_predicted_as_a_fit_without_them_says(plain):
     local = found[VISCOUS]
     parts = units(local, None)
     assert len(parts) == 3
-    quick = left_out(Program(family), {VISCOUS: (local, {})}, parts)[VISCOUS]
+    quick = left_out({VISCOUS: Judged(local)}, parts, Program(family))[VISCOUS]
     assert not quick.refitted.any()
     for rows, density in zip(parts, quick.density, strict=True):
         less = local.layout.weighed(np.where(rows, 0.0, local.layout.weight))
-        place = Place(local.hypothesis, less, local.w, local.z_noise)
-        again = descended(Program(family), simulated(Program(family), [place]))[0]
+        point = Point(local.hypothesis, less, local.w, local.z_noise)
+        again = descended(Program(family), expand(Program(family), [point]))[0]
         assert density == pytest.approx(evidence(local, {}) - evidence(again, {}), abs=0.1)
 
 
 def test_left_out_records_fitted_again_say_what_the_parabola_says(plain, monkeypatch):
     """All laws and records side by side; of these records the parabola is right within 0.1."""
     family, found = plain
-    judged = {name: (one, amplitude(one)) for name, one in found.items()}
+    judged = {name: Judged(one, amplitude(one)) for name, one in found.items()}
     parts = units(found[VISCOUS], None)
-    quick = left_out(None, judged, parts)
+    quick = left_out(judged, parts)
     monkeypatch.setattr(leaving, "FAR", 0.0)
-    again = left_out(Program(family), judged, parts)
+    again = left_out(judged, parts, Program(family))
     for name, one in again.items():
         assert one.refitted.all()
         assert not quick[name].refitted.any()
@@ -388,9 +388,9 @@ def test_slopes_of_the_model_without_an_effect_serve_where_it_is_absent(plain):
     hypothesis = Hypothesis(made, (force,), held=CONSTANT.held)
     count = len(constant.hypothesis.parameters)
     w = np.insert(constant.w, count, 0.0)
-    place = Place(hypothesis, constant.layout, w, constant.z_noise)
+    point = Point(hypothesis, constant.layout, w, constant.z_noise)
     wide = families(made, (force,), together=True)[0]
-    (whole,), (parted,) = (simulated(p, [place]) for p in (Program(wide), Program(wide, family)))
+    (whole,), (parted,) = (expand(p, [point]) for p in (Program(wide), Program(wide, family)))
     assert hypothesis.labels[count] == "F_constant"
     assert whole.value == pytest.approx(constant.value, abs=1e-6)
     assert parted.value == whole.value
@@ -408,7 +408,7 @@ def test_slopes_of_a_steady_rig_are_derivatives(plain):
     """Differences, which may hold a jump of the steps, are off by 1e-7 where they hold none."""
     family, found = plain
     local = found[WITH_MEMORY]
-    exact = expand(local.hypothesis, (family, local.layout), local.w, local.z_noise)
+    exact = expanded(family, Point.beside(local, local.w))
     assert local.value == pytest.approx(exact.value, abs=1e-6)
     scale = np.sqrt(exact.terms.bend)[:, None]
     size = np.linalg.norm(scale * exact.design, axis=0).max()
@@ -437,7 +437,7 @@ def test_what_the_parabola_says_of_a_campaign_is_what_refits_say(plain):
     _, found = plain
     constant = found[VISCOUS]
     parts = units(constant, None)
-    judges = {n: Judge(one, amplitude(one), constant, parts) for n, one in found.items()}
+    judges = {n: Judge(Judged(one, amplitude(one)), constant, parts) for n, one in found.items()}
     for seed in range(4):
         _, again = fits(problem(600 + seed))
         logs = {n: evidence(one, amplitude(one)) for n, one in again.items()}
@@ -458,10 +458,10 @@ def test_errors_are_what_differences_scatter_by(plain):
     _, found = plain
     constant = found[VISCOUS]
     parts = units(constant, None)
-    judged = {name: (one, amplitude(one)) for name, one in found.items()}
+    judged = {name: Judged(one, amplitude(one)) for name, one in found.items()}
     drawn = scattered(constant, judged, parts, 3)
     assert drawn[VISCOUS].density.shape == (CAMPAIGNS, 3)
-    judges = {n: Judge(one, amplitude(one), constant, parts) for n, one in found.items()}
+    judges = {n: Judge(Judged(one, amplitude(one)), constant, parts) for n, one in found.items()}
     rng = np.random.default_rng(5)
     scores = np.stack([rounded(constant, rng) for _ in range(600)])
 

@@ -19,9 +19,11 @@ from rigid.likelihood.groups import SlowGroup, beating
 from rigid.likelihood.priors import Lognormal
 from rigid.likelihood.problem import Problem
 from rigid.likelihood.tracks import Series
+from rigid.localfit.ascent import refined
+from rigid.localfit.expansion import Point, expanded
 from rigid.localfit.families import families
 from rigid.localfit.hypothesis import Hypothesis, start
-from rigid.localfit.local import Local, expand, refined
+from rigid.localfit.local import Local
 from rigid.localfit.samples import lay_out
 from rigid.localfit.signature import traces
 
@@ -59,7 +61,7 @@ def fitted(problem: Problem) -> tuple[Local, tuple]:
     programs = families(problem, CHOICE)
     noise = np.zeros(sum(p.base == "noise" for p in problem.parameters.sampled))
     w = start(problem, np.zeros(problem.parameters.size), np.zeros((len(problem.sensors), 2)))
-    begun = expand(Hypothesis(problem), (programs[0], lay_out(problem)), w, noise)
+    begun = expanded(programs[0], Point(Hypothesis(problem), lay_out(problem), w, noise))
     return refined(begun, most=40), programs
 
 

@@ -24,10 +24,10 @@ from rigid.likelihood.groups import ReleaseGroup, SlowGroup
 from rigid.likelihood.priors import Lognormal, Normal, Uniform
 from rigid.likelihood.problem import Problem
 from rigid.likelihood.tracks import Series
+from rigid.localfit.expansion import Point, expanded
 from rigid.localfit.families import families
 from rigid.localfit.hidden_inputs import HIDDEN, AbstractHiddenInput
 from rigid.localfit.hypothesis import Hypothesis, start
-from rigid.localfit.local import expand
 from rigid.localfit.samples import lay_out
 from rigid.report.discovery.figures.hidden import hidden_figure
 
@@ -64,7 +64,8 @@ def fit() -> Fitted:
     programs = families(made, ())
     noise = np.zeros(sum(p.base == "noise" for p in made.parameters.sampled))
     w = start(made, np.zeros(made.parameters.size), np.zeros((len(made.sensors), 2)))
-    return Fitted(expand(Hypothesis(made), (programs[0], lay_out(made)), w, noise), programs)
+    point = Point(Hypothesis(made), lay_out(made), w, noise)
+    return Fitted(expanded(programs[0], point), programs)
 
 
 @pytest.fixture(scope="module")

@@ -22,17 +22,20 @@ from rigid.likelihood.groups import SlowGroup
 from rigid.likelihood.priors import Lognormal, Normal
 from rigid.likelihood.problem import Problem
 from rigid.likelihood.tracks import Series
+from rigid.localfit.ascent import CLOSER, refined
 from rigid.localfit.candidates import candidates
 from rigid.localfit.evidence import Bundle, amplitudes, log_bayes
+from rigid.localfit.expansion import Point, Program, expand, expanded
 from rigid.localfit.families import Family, families, quiet_values, sweep
 from rigid.localfit.hidden_inputs import HiddenDrag
 from rigid.localfit.hypothesis import Hypothesis, start, widened
-from rigid.localfit.leave_one_out import left_out, place, units
-from rigid.localfit.local import CLOSE, Local, expand, refined, with_weights
+from rigid.localfit.leave_one_out import Judged, held_out_gap, left_out, units
+from rigid.localfit.local import Local, with_weights
 from rigid.localfit.samples import data_of, lay_out
 from rigid.localfit.screening import Around, Screening, gram, screen
 from rigid.localfit.signature import lanes_of, traces
 from rigid.localfit.weights import beyond, facts, spikes
+from rigid.localfit.where import where_shown
 from rigid.physics.rig import FREE, build_rig
 
 LISTED = ("piston-leakage", "hose-pressure-drop", "clock-offset", "load-cell-drift")
@@ -74,7 +77,7 @@ def fitted(problem: Problem) -> tuple[Local, tuple]:
     programs = families(problem, CHOICE)
     noise = np.zeros(sum(p.base == "noise" for p in problem.parameters.sampled))
     w = start(problem, np.zeros(problem.parameters.size), np.zeros((len(problem.sensors), 2)))
-    begun = expand(Hypothesis(problem), (programs[0], lay_out(problem)), w, noise)
+    begun = expanded(programs[0], Point(Hypothesis(problem), lay_out(problem), w, noise))
     return refined(begun, most=40), programs
 
 
@@ -166,10 +169,13 @@ def test_leaving_records_out_adds_up_to_the_evidence_of_independent_ones():
         gain = 0.5 * pull @ np.linalg.solve(precision, pull)
         value = local.terms.value[rows].sum() + gain
         expected.append(value - 0.5 * np.linalg.slogdet(precision)[1])
-    np.testing.assert_allclose(left_out(apart, parts).density, expected, rtol=1e-9)
+    np.testing.assert_allclose(
+        left_out({"": Judged(apart)}, parts)[""].density, expected, rtol=1e-9
+    )
     # A left-out record is not fitted better than a fitted one, one step ahead or not, by 2 %.
-    shared = left_out(local, parts)
-    assert shared.gap >= 0.98 * np.sqrt(np.mean((local.residual / local.layout.floor) ** 2))
+    assert held_out_gap(local, parts) >= 0.98 * np.sqrt(
+        np.mean((local.residual / local.layout.floor) ** 2)
+    )
 
 
 def test_a_spike_does_not_count_and_correlated_noise_counts_less():
@@ -244,11 +250,10 @@ def test_differences_are_derivatives(listed, monkeypatch):
     """Traces and slopes of a rig that is not steady come of differences; here of one that is."""
     local, programs = fitted(campaign(305))
     exact = traces(local, programs, listed)
-    where = local.family, local.layout
     monkeypatch.setattr(Family, "steady", False)
     off = np.linalg.norm(traces(local, programs, listed) - exact, axis=0)
     assert np.all(off < 1e-3 * np.linalg.norm(exact, axis=0))
-    again = expand(local.hypothesis, where, local.w, local.z_noise)
+    again = expanded(local.family, Point.beside(local, local.w))
     off = np.linalg.norm((again.design - local.design) / local.layout.floor[:, None], axis=0)
     assert off.max() < 0.1
 
@@ -257,16 +262,15 @@ def test_a_fit_that_stalls_on_old_slopes_renews_them():
     """Slopes kept from another model may lead downhill; the optimum is then still found."""
     local, programs = fitted(campaign(300, load_drift=20.0))
     effect = CATALOGUE["load-cell-drift"]
-    where = programs[0], local.layout
     extended = Hypothesis(local.layout.problem).plus(effect)
     away = widened(local.w, len(local.layout.problem.sensors), [0.1])
     away[0] += 0.05
     misled = local.design * np.where(np.arange(local.design.shape[1]) == 0, -1.0, 1.0)
-    ends = [
-        refined(expand(extended, where, away, local.z_noise, known), known is not None).value
-        for known in (None, misled)
-    ]
-    assert ends[1] == pytest.approx(ends[0], abs=2.0 * CLOSE)
+    point, ends = Point(extended, local.layout, away, local.z_noise), []
+    for known in (None, misled):
+        (begun,) = expand(Program(programs[0], kept=known), [point])
+        ends.append(refined(begun, known is not None).value)
+    assert ends[1] == pytest.approx(ends[0], abs=2.0 * CLOSER)
 
 
 def test_another_law_of_numbers_that_are_in_already_is_no_candidate(listed):
@@ -281,7 +285,7 @@ def test_another_law_of_numbers_that_are_in_already_is_no_candidate(listed):
     assert set(weigh(local, made, 0).effects) == {*LISTED, "twin"}
     more = widened(local.w, len(local.layout.problem.sensors), [0.1])
     extended = Hypothesis(local.layout.problem).plus(drift)
-    with_it = expand(extended, (programs[0], local.layout), more, local.z_noise)
+    with_it = expanded(programs[0], Point(extended, local.layout, more, local.z_noise))
     assert set(weigh(with_it, made, 0).effects) == set(LISTED) - {"load-cell-drift"}
 
 
@@ -410,7 +414,7 @@ def test_a_change_that_no_sample_feels_has_a_place_all_the_same():
     flat = dataclasses.replace(
         local, terms=local.terms._replace(bend=-np.ones_like(local.terms.bend))
     )
-    found = place(flat, np.ones_like(local.reading), np.ones_like(local.reading))
-    assert found.record in flat.layout.tracks
+    found = where_shown(flat, np.ones_like(local.reading), np.ones_like(local.reading))
+    assert found.track in flat.layout.tracks
     assert found.time_s is not None
     assert found.time_s[0] <= found.time_s[1]

@@ -5,9 +5,11 @@ import pytest
 from test_screening import CHOICE, campaign, fitted
 
 from rigid.inference.settled import AWAY, CHANCE, settled
+from rigid.localfit.ascent import refined
+from rigid.localfit.expansion import Point, expanded
 from rigid.localfit.families import holding
 from rigid.localfit.hypothesis import widened
-from rigid.localfit.local import Local, expand, refined
+from rigid.localfit.local import Local
 from rigid.localfit.settled import state_of, unsettled
 
 
@@ -18,7 +20,7 @@ def clean() -> tuple[Local, tuple]:
 
 def moved(local: Local, by: np.ndarray) -> Local:
     """The same model elsewhere."""
-    return expand(local.hypothesis, (local.family, local.layout), local.w + by, local.z_noise)
+    return expanded(local.family, Point.beside(local, local.w + by))
 
 
 def test_a_fit_of_a_right_model_is_settled(clean):
@@ -55,12 +57,8 @@ def test_a_refit_below_the_fit_that_it_holds_is_not_settled(clean):
     effect = CHOICE[0]
     family = holding(programs, (effect,))
     sensors = len(local.hypothesis.problem.sensors)
-    begun = expand(
-        local.hypothesis.plus(effect),
-        (family, local.layout),
-        widened(local.w, sensors, [2.0]),
-        local.z_noise,
-    )
+    w = widened(local.w, sensors, [2.0])
+    begun = expanded(family, Point(local.hypothesis.plus(effect), local.layout, w, local.z_noise))
     assert "below the one without" in unsettled(begun, local)
     assert unsettled(refined(begun), local) == ""
 
@@ -71,7 +69,7 @@ def test_where_an_effects_own_amplitude_ends_is_left_to_who_weighs_it(clean):
     family = holding(programs, (effect,))
     sensors = len(local.hypothesis.problem.sensors)
     more = widened(local.w, sensors, [-9.0])
-    far = expand(local.hypothesis.plus(effect), (family, local.layout), more, local.z_noise)
+    far = expanded(family, Point(local.hypothesis.plus(effect), local.layout, more, local.z_noise))
     assert state_of(far).far == ()
     assert not state_of(far).flat  # the prior alone leads back
 

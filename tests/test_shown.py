@@ -21,11 +21,11 @@ from rigid.likelihood.priors import Normal
 from rigid.likelihood.problem import Problem
 from rigid.localfit.candidates import Candidate
 from rigid.localfit.hypothesis import Hypothesis
-from rigid.localfit.leave_one_out import Place
 from rigid.localfit.local import Local
 from rigid.localfit.next_record import Proposal
 from rigid.localfit.samples import Channel, Layout, Terms
 from rigid.localfit.screening import Around, screen
+from rigid.localfit.where import Where
 from rigid.report.discovery.figures.against import against_figure
 from rigid.report.discovery.figures.hidden import hidden_figure
 from rigid.report.discovery.figures.residuals import residuals_figure
@@ -136,7 +136,7 @@ def test_only_what_beats_is_shown_by_frequency(name: str, hertz: float, frequenc
     terms = [Terms(np.full(len(NUMBER), v), NOISE**-1.0, NOISE**-2.0) for v in (0.0, 1.0)]
     before, after = (bare(Local, layout=layout, residual=NOISE, terms=t) for t in terms)
     one = Refit(bare(Candidate, effect=CATALOGUE[name]), before, after, 5.0)
-    place = Place("free-run-1", "A", "pressure", (0.5, 2.0), (hertz - 0.2, hertz + 0.2))
+    place = Where("free-run-1", "A", "pressure", (0.5, 2.0), (hertz - 0.2, hertz + 0.2))
     shown = residuals(bare(Step, chosen=name, refits={name: one}, place=place))
     assert {each.frequencies for each in shown} == {frequencies}
     axes = residuals_figure(shown, simulated=True).axes[-1]

@@ -7,10 +7,12 @@ import numpy as np
 
 from rigid.discovery.fitted import Fitted
 from rigid.discovery.weighing.explain import Explained
+from rigid.localfit.ascent import refined
 from rigid.localfit.candidates import Candidate, standard_of
 from rigid.localfit.evidence import amplitudes, most_probable
+from rigid.localfit.expansion import Point, Program, expand
 from rigid.localfit.hypothesis import Hypothesis, widened
-from rigid.localfit.local import Local, expand, refined
+from rigid.localfit.local import Local
 
 MOST = 3
 """Effects that are fitted in full, at most."""
@@ -56,21 +58,16 @@ def refit(fit: Fitted, found: Explained, name: str) -> Refit:
     candidate = found.listed[number]
     family = fit.program((*base.hypothesis.added, candidate.effect))
     chord = any(not e.steady for e in family.effects)
-    where = family, base.layout
     before = base
     if chord:
-        before = expand(base.hypothesis, where, base.w, base.z_noise, base.design)
+        (before,) = expand(Program(family, kept=base.design), [Point.beside(base, base.w)])
         before = refined(before, chord, BEFORE_STEPS)
     extended = base.hypothesis.plus(candidate.effect, candidate.only, candidate.laws)
     more = _beginning(found, number, extended)
     sensors = len(base.layout.problem.sensors)
-    start = expand(
-        extended,
-        where,
-        widened(before.w, sensors, more),
-        before.z_noise,
-        before.design if chord else None,
-    )
+    w = widened(before.w, sensors, more)
+    program = Program(family, kept=before.design if chord else None)
+    (start,) = expand(program, [Point(extended, base.layout, w, before.z_noise)])
     after = refined(start, chord)
     places = len({one.only for one in found.listed if one.effect is candidate.effect})
     return Refit(

@@ -19,14 +19,18 @@ from rigid.inference.newton import is_noise
 from rigid.io.cache import Shelf
 from rigid.likelihood.priors import AbstractLaw
 from rigid.likelihood.problem import Problem
+from rigid.localfit.ascent import refined
+from rigid.localfit.expansion import Point, expanded
 from rigid.localfit.families import Effects, families
 from rigid.localfit.hypothesis import Hypothesis, start
-from rigid.localfit.leave_one_out import Left, Place, gap, left_out, place, units
-from rigid.localfit.local import Local, expand, refined, with_weights
-from rigid.localfit.next_record import next_record
+from rigid.localfit.leave_one_out import HeldOut, gap, held_out_gap, left_out, units
+from rigid.localfit.leave_one_out import Judged as Fit
+from rigid.localfit.local import Local, with_weights
+from rigid.localfit.next_record import between_effects
 from rigid.localfit.samples import lay_out
 from rigid.localfit.screening import Around, Screening, screen
 from rigid.localfit.weights import facts
+from rigid.localfit.where import Where, where_shown
 
 LIKELIER = 0.5
 """Something is missing where the probability of nothing is below this, and ..."""
@@ -55,7 +59,8 @@ class Judged:
     """Without and with an effect: gaps, left-out parts."""
 
     gap: tuple[float, float]
-    left: tuple[Left, Left]
+    held_out_gap: tuple[float, float]
+    left: tuple[HeldOut, HeldOut]
 
     @property
     def gains(self) -> Float[np.ndarray, " parts"]:
@@ -86,7 +91,7 @@ class Step:
     probability: dict[str, float]
     refits: dict[str, Refit]
     chosen: str | None
-    place: Place
+    place: Where
     equation: str
     judged: Judged | None
     placebo: float
@@ -133,7 +138,8 @@ def discover(
     report("fitting the model as specified")
     noise = best[0][is_noise(problem)]
     hypothesis = Hypothesis(problem, given=given)
-    base = refined(expand(hypothesis, (programs[0], layout), start(problem, *best), noise))
+    begin = Point(hypothesis, layout, start(problem, *best), noise)
+    base = refined(expanded(programs[0], begin))
     report("traces of what could be missing")
     bench = laid_out(Fitted(base, programs), effects, running.shelf)
     everything = np.concatenate([bench.traces, bench.bumps.columns], axis=1)
@@ -251,15 +257,17 @@ def _step(turn: Turn, said: Odds, refits: dict[str, Refit]) -> Step:
         hidden = found.inferred(local, turn.bench.bumps)
         change = _changed(local, hidden.own.columns @ hidden.mean)
         gain = local.terms.score * change - 0.5 * local.terms.bend * change**2
-        there, equation = place(local, gain, change), hidden.hidden.about.equation
+        there, equation = where_shown(local, gain, change), hidden.hidden.about.equation
         return Step("unnamed", found, probability, refits, None, there, equation, None, 0.0)
     one = refits[chosen]
     gain = one.after.terms.value - one.before.terms.value
     change = one.before.residual - one.after.residual
     parts = units(one.before, one.candidate.only)
+    left = left_out({"before": Fit(one.before), "after": Fit(one.after)}, parts)
     judged = Judged(
         (gap(one.before), gap(one.after)),
-        (left_out(one.before, parts), left_out(one.after, parts)),
+        (held_out_gap(one.before, parts), held_out_gap(one.after, parts)),
+        (left["before"], left["after"]),
     )
     return Step(
         verdict,
@@ -267,7 +275,7 @@ def _step(turn: Turn, said: Odds, refits: dict[str, Refit]) -> Step:
         probability,
         refits,
         chosen,
-        place(one.after, gain, change),
+        where_shown(one.after, gain, change),
         one.candidate.effect.equation,
         judged,
         _placebo(found, chosen),
@@ -284,7 +292,7 @@ def _further(turn: Turn, probability: dict[str, float], chosen: str) -> str | No
     mine, other = found.best_of(chosen), found.best_of(max(rest, key=lambda k: rest[k]))
     pair = found.listed[mine], found.listed[other]
     amplitude = float(found.screening.estimate[mine])
-    proposal = next_record(turn.fit.local, turn.fit.programs, pair, amplitude)
+    proposal = between_effects(turn.fit.local, turn.fit.programs, pair, amplitude)
     return None if proposal is None else proposal.sentence
 
 

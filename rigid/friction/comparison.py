@@ -12,9 +12,9 @@ from rigid.friction.models import Law, amplitude_labels
 from rigid.friction.prior_widths import AS_STATED, VARIANTS
 from rigid.likelihood.priors import AbstractLaw
 from rigid.localfit.integral import evidence
-from rigid.localfit.leave_one_out import units
-from rigid.localfit.left_out_refits import Left, left_out
+from rigid.localfit.leave_one_out import HeldOut, Judged, Rows, left_out, units
 from rigid.localfit.local import Local
+from rigid.localfit.next_record import Proposal, between_fits
 from rigid.localfit.samples import Layout
 from rigid.localfit.scatter import Scattered, scattered
 
@@ -41,7 +41,7 @@ class Standing:
 
     law: Law
     local: Local
-    left: Left
+    left: HeldOut
     difference: np.ndarray
     errors: np.ndarray
     error: float
@@ -85,10 +85,10 @@ def compare(fitted: Fitted, seed: int) -> Comparison:
     layout = next(iter(fitted.fits.values())).layout
     parts = units(next(iter(fitted.fits.values())), None)
     judged = {
-        law.name: (fitted.fits[law.name], amplitudes_of(fitted.fits[law.name], law))
+        law.name: Judged(fitted.fits[law.name], amplitudes_of(fitted.fits[law.name], law))
         for law in fitted.laws
     }
-    logs = {name: _variants(*one) for name, one in judged.items()}
+    logs = {name: _variants(one) for name, one in judged.items()}
     variants = next(iter(logs.values()))
     chance = {v: probabilities({n: one[v] for n, one in logs.items()}) for v in variants}
     ranked = sorted(fitted.laws, key=lambda law: -chance[AS_STATED][law.name])
@@ -107,14 +107,28 @@ def compare(fitted: Fitted, seed: int) -> Comparison:
     return Comparison(tuple(standings), verdict, names, fitted)
 
 
+def next_record(found: Comparison) -> Proposal | None:
+    """Find the record that parts the first law best from the likeliest of those tied with it.
+
+    None where nothing is tied or no record has a setting.
+    """
+    if not found.tied:
+        return None
+    first, second = found.first, found.tied[0]
+    programs = found.fitted.programs
+    return between_fits(
+        (first.local, second.local), (programs.of(first.law), programs.of(second.law))
+    )
+
+
 def _left(
     fitted: Fitted,
-    judged: Mapping[str, tuple[Local, Mapping[str, AbstractLaw]]],
+    judged: Mapping[str, Judged],
     logs: Mapping[str, float],
-    parts: Sequence[np.ndarray],
-) -> dict[str, Left]:
+    parts: Sequence[Rows],
+) -> dict[str, HeldOut]:
     """What each law says of records left out; fits are made again for laws that have a chance."""
-    best, out = max(logs.values()), {}
+    best, out = max(logs.values()), dict[str, HeldOut]()
     groups: dict[bool | None, list[str]] = {}
     for law in fitted.laws:
         near = logs[law.name] > best - HOPELESS
@@ -123,14 +137,14 @@ def _left(
         program = None
         if viscous is not None:
             program = fitted.programs.viscous if viscous else fitted.programs.dry
-        out |= left_out(program, {name: judged[name] for name in names}, parts)
+        out |= left_out({name: judged[name] for name in names}, parts, program)
     return out
 
 
 def _standing(
     law: Law,
     local: Local,
-    left: Mapping[str, Left],
+    left: Mapping[str, HeldOut],
     first: str,
     campaigns: Sequence[Mapping[str, Scattered]],
 ) -> Standing:
@@ -191,10 +205,10 @@ def amplitudes_of(local: Local, law: Law) -> dict[str, AbstractLaw]:
     return {label: known[label] for label in labels if label in known}
 
 
-def _variants(local: Local, amplitudes: Mapping[str, AbstractLaw]) -> dict[str, float]:
+def _variants(one: Judged) -> dict[str, float]:
     """Log evidence under each variant of the amplitudes' priors."""
     return {
-        name: evidence(local, {label: change(law) for label, law in amplitudes.items()})
+        name: evidence(one.local, {label: change(law) for label, law in one.amplitudes.items()})
         for name, change in VARIANTS.items()
     }
 

@@ -10,17 +10,10 @@ from rigid.friction.models import BRISTLES, DRY, MEMORY, VISCOUS, Law
 from rigid.friction.starts import constant_starts, dry_starts, memory_starts, prior_starts
 from rigid.likelihood.priors import AbstractLaw
 from rigid.likelihood.problem import Problem
+from rigid.localfit.ascent import MOST_TURNS, descended, led, settled
+from rigid.localfit.expansion import Point, Program, expand
 from rigid.localfit.families import families
 from rigid.localfit.hypothesis import Hypothesis
-from rigid.localfit.joint_ascent import (
-    MOST_TURNS,
-    Place,
-    Program,
-    descended,
-    led,
-    settled,
-    simulated,
-)
 from rigid.localfit.local import Local, with_weights
 from rigid.localfit.samples import Layout, lay_out
 from rigid.localfit.weights import facts
@@ -90,7 +83,7 @@ def fit_laws(
     base = fits[MEMORY if listed[0].memory else VISCOUS]
     report("fitting dry friction")
     starts = dry_starts(base, dry.family, listed, BEGINNINGS)
-    fits |= _dry(dry, [(name, p) for name, places in starts.places.items() for p in places])
+    fits |= _dry(dry, [(name, p) for name, points in starts.points.items() for p in points])
     best_one = max(fits.values(), key=lambda one: one.log_evidence)
     weight = facts(best_one, starts.changes)
     report("fitting all laws again, correlated residuals at their worth")
@@ -118,19 +111,19 @@ def _viscous(
     return {VISCOUS: still, MEMORY: max(memory, again, key=lambda one: one.value)}
 
 
-def _best(program: Program, places: Sequence[Place]) -> Local:
+def _best(program: Program, points: Sequence[Point]) -> Local:
     """The best of several starts after a few turns, led to its end.
 
     Those at which nothing can be simulated are left out.
     """
-    begun = [one for one in simulated(program, places) if np.isfinite(one.value)]
+    begun = [one for one in expand(program, points) if np.isfinite(one.value)]
     ends = descended(program, begun, FIRST_TURNS)
     return led(program, [max(ends, key=lambda one: one.value)])[0]
 
 
-def _dry(program: Program, begun: Sequence[tuple[str, Place]]) -> dict[str, Local]:
+def _dry(program: Program, begun: Sequence[tuple[str, Point]]) -> dict[str, Local]:
     """The best end of each law."""
-    here = simulated(program, [place for _, place in begun])
+    here = expand(program, [point for _, point in begun])
     ends = descended(program, here, FIRST_DRY_TURNS)
     found: dict[str, Local] = {}
     for (name, _), end in zip(begun, ends, strict=True):

@@ -12,9 +12,9 @@ from rigid.inference.newton import is_noise
 from rigid.likelihood.parameters import Parameter
 from rigid.localfit.candidates import even_settings, standard_of
 from rigid.localfit.evidence import amplitudes, most_probable
+from rigid.localfit.expansion import Point
 from rigid.localfit.families import Family, read
 from rigid.localfit.hypothesis import Hypothesis, widened
-from rigid.localfit.joint_ascent import Place
 from rigid.localfit.local import Local
 from rigid.localfit.samples import Layout, flat_readings
 from rigid.localfit.signature import reads
@@ -31,7 +31,7 @@ CARRIED = (0.0, 0.5, 1.0)
 """Shares of the branches' friction that a constant coefficient may have to carry, tried in turn."""
 
 
-def prior_starts(hypothesis: Hypothesis, layout: Layout, count: int, seed: int) -> list[Place]:
+def prior_starts(hypothesis: Hypothesis, layout: Layout, count: int, seed: int) -> list[Point]:
     """Places to begin at without any fit: the centre of the priors, then draws from them.
 
     Sensors and noise levels begin as their sheets say.
@@ -39,10 +39,10 @@ def prior_starts(hypothesis: Hypothesis, layout: Layout, count: int, seed: int) 
     drawn = np.random.default_rng(seed).standard_normal((count, hypothesis.size))
     drawn[0], drawn[:, len(hypothesis.parameters) :] = 0.0, 0.0
     quiet = np.zeros(int(is_noise(hypothesis.problem).sum()))
-    return [Place(hypothesis, layout, w, quiet) for w in drawn]
+    return [Point(hypothesis, layout, w, quiet) for w in drawn]
 
 
-def memory_starts(constant: Local, like: Local) -> list[Place]:
+def memory_starts(constant: Local, like: Local) -> list[Point]:
     """Places at which the law with memory may begin, after a fit without.
 
     - `like`: the law with memory anywhere. Branches are as small as SLIGHT says, what they carry is
@@ -57,7 +57,7 @@ def memory_starts(constant: Local, like: Local) -> list[Place]:
     at, (mu, _) = new.labels.index("mu"), old.values(constant.w)["mu"]
     own[at] = standard_of(new.parameters[at].law, max(mu - carried, 0.5 * mu))
     w = np.concatenate([own, constant.w[len(old.labels) :]])
-    return [Place(new, like.layout, w, constant.z_noise)]
+    return [Point(new, like.layout, w, constant.z_noise)]
 
 
 class Job(NamedTuple):
@@ -70,11 +70,11 @@ class Job(NamedTuple):
 class Starts(NamedTuple):
     """Places to begin at, by law, the best first; changes (n, jobs) of every sample by all jobs."""
 
-    places: Mapping[str, list[Place]]
+    points: Mapping[str, list[Point]]
     changes: np.ndarray
 
 
-def constant_starts(memory: Local, law: Law) -> list[Place]:
+def constant_starts(memory: Local, law: Law) -> list[Point]:
     """Places at which the constant law may begin, after a fit with memory."""
     old = memory.hypothesis
     new = dataclasses.replace(old, held=dict(law.held))
@@ -87,7 +87,7 @@ def constant_starts(memory: Local, law: Law) -> list[Place]:
     for share in CARRIED:
         begun = w.copy()
         begun[at] = standard_of(new.parameters[at].law, values["mu"] + share * branches)
-        out.append(Place(new, memory.layout, begun, memory.z_noise))
+        out.append(Point(new, memory.layout, begun, memory.z_noise))
     return out
 
 
@@ -100,7 +100,7 @@ def of_law(base: Hypothesis, law: Law) -> Hypothesis:
 def dry_starts(
     base: Local, family: Family, listed: Sequence[Law], most: Mapping[str, int]
 ) -> Starts:
-    """The best places to begin at beside a fit without dry friction.
+    """The best points to begin at beside a fit without dry friction.
 
     - `family`: the program that holds the laws. - `most`: how many of each; 1 where not said.
 
@@ -111,7 +111,7 @@ def dry_starts(
     jobs = [Job(law, z) for law in listed for z in _settings(hypotheses[law.name], law)]
     changes = _changes(base, family, [(hypotheses[j.law.name], j) for j in jobs])
     solved = cho_factor(base.information)
-    places: dict[str, list[tuple[float, Place]]] = {law.name: [] for law in listed}
+    points: dict[str, list[tuple[float, Point]]] = {law.name: [] for law in listed}
     for job, change in zip(jobs, changes.T, strict=True):
         hypothesis = hypotheses[job.law.name]
         shared = base.design.T @ (base.terms.bend * change)
@@ -126,10 +126,10 @@ def dry_starts(
         moved = base.w + cho_solve(solved, base.gradient - share * shared)
         sensors = len(base.layout.problem.sensors)
         w = widened(moved, sensors, numbers.values())
-        place = Place(hypothesis, base.layout, w, base.z_noise)
+        point = Point(hypothesis, base.layout, w, base.z_noise)
         prior = 0.5 * sum(z * z for z in numbers.values())
-        places[job.law.name].append((share * slope - 0.5 * share**2 * bend - prior, place))
-    ranked = {name: sorted(p, key=lambda one: -one[0]) for name, p in places.items()}
+        points[job.law.name].append((share * slope - 0.5 * share**2 * bend - prior, point))
+    ranked = {name: sorted(p, key=lambda one: -one[0]) for name, p in points.items()}
     return Starts({n: [p for _, p in r[: most.get(n, 1)]] for n, r in ranked.items()}, changes)
 
 

@@ -94,12 +94,6 @@ def local(problem: Problem, w: Array, z_noise: Array) -> Local:
     return Local(*(reduce(add, terms) for terms in zip(prior, *parts, strict=True)))
 
 
-@eqx.filter_jit
-def samples(problem: Problem, w: Array, z_noise: Array) -> list[Samples]:
-    """Return what `local` adds up, piece by piece."""
-    return _samples(problem, w, z_noise)
-
-
 def _samples(problem: Problem, w: Array, z_noise: Array) -> list[Samples]:
     z, standard = split(problem, w, z_noise)
     tangents = jnp.eye(len(z))[np.flatnonzero(~is_noise(problem))]

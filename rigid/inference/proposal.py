@@ -195,6 +195,9 @@ def _laplace_weights(modes: tuple[Mode, ...]) -> NDArray[np.float64]:
 def pareto_shape(weight: NDArray[np.float64]) -> float:
     """Shape k of the generalised Pareto law fitted to the largest weights (n,).
 
+    Of one's own, since no one function of ArviZ serves both of its versions in use: 0.23 has
+    `psislw` of log weights, 1.x has it as a method of arrays alone, and of minus the log weights.
+
     Source: Zhang and Stephens (2009), eqs. (4)-(8), with the weak prior on k and the tail length
     min(n/5, 3 sqrt(n)) of Vehtari et al. (2024), section 2.4.
     """

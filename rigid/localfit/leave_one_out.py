@@ -1,31 +1,65 @@
-"""Gaps before and after, on fitted and on left-out records, and where an effect shows.
+"""How well hypotheses predict a record from all the others, its own numbers integrated over.
 
 Leaving a record out takes no new fit: around an optimum each sample's log-likelihood is quadratic
-in the parameters, so the fit without some samples is a linear system. A record's own numbers (its
-flow, its preload) are integrated over when it is judged, not plugged in.
+in the parameters, so that the fit without some samples is a linear system. Where its top lies far,
+and there is a program to do it, the fit is made again without the record. A record's own numbers
+(its flow, its preload) are integrated over when it is judged, not plugged in.
 """
 
+import dataclasses
 import itertools
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Bool, Float
 
 from rigid.likelihood.correlation import autoregression
-from rigid.localfit.local import Local
+from rigid.likelihood.priors import AbstractLaw
+from rigid.localfit.ascent import descended
+from rigid.localfit.expansion import Point, Program, expand
+from rigid.localfit.integral import Shape, evidence, shape_of
+from rigid.localfit.local import Local, with_weights
+from rigid.localfit.trust_region import Model, bent_of
 
 BLOCKS = 8
 """Parts of a record that an effect confined to it is judged on, each left out in turn."""
-MOST_OF_IT = (0.1, 0.9)
+FAR = 0.5
+"""Prior sds that a number all records share may move before a fit is made again."""
+MOST_AGAIN = 6
+"""Turns of the program that such a fit gets, at most."""
+LEFT_ALONE = 1e-3
+"""Share of the prior's information below which a number is not the records' to tell."""
+
+Rows = Bool[np.ndarray, " n"]
+Amplitudes = Mapping[str, AbstractLaw]
 
 
-class Left(NamedTuple):
-    """Judgement of left-out parts: log predictive density (units,), and the gap of all of them."""
+@dataclasses.dataclass(frozen=True)
+class Judged:
+    """A hypothesis to be judged: its fit, and its amplitudes as in `shape_of`."""
 
-    density: np.ndarray
-    gap: float
+    local: Local
+    amplitudes: Amplitudes = dataclasses.field(default_factory=dict)
 
 
-def units(local: Local, only: str | None) -> list[np.ndarray]:
+class HeldOut(NamedTuple):
+    """Log predictive density of each part (parts,), and which were refitted."""
+
+    density: Float[np.ndarray, " parts"]
+    refitted: Bool[np.ndarray, " parts"]
+
+
+class Job(NamedTuple):
+    """A fit to be made again: without a part's rows, from w moved by `shift` on."""
+
+    name: str
+    part: int
+    rows: Rows
+    shift: Float[np.ndarray, " size"]
+
+
+def units(local: Local, only: str | None) -> list[Rows]:
     """Rows of each part that is left out in turn: the records, or blocks of the one of `only`.
 
     Where there is one record alone, its blocks.
@@ -41,52 +75,116 @@ def units(local: Local, only: str | None) -> list[np.ndarray]:
     return [mine & (layout.time >= a) & (layout.time < b) for a, b in itertools.pairwise(edges)]
 
 
-def left_out(local: Local, parts: list[np.ndarray]) -> Left:
-    """Judge each part by a fit to all the others.
+def left_out(
+    fits: Mapping[str, Judged], parts: Sequence[Rows], program: Program | None = None
+) -> dict[str, HeldOut]:
+    """Judge each part by all the others, for several hypotheses.
 
-    Source: the chain rule, log p(y_u | rest) = log Z(all) - log Z(rest), each Z by Laplace's
-    method around the fit to all.
+    - `fits`: by name. - `parts`: rows of each part. - `program`: one that holds the hypotheses;
+      without it nothing is fitted again.
+
+    Source: the chain rule, log p(y_u | rest) = log Z(all) - log Z(rest).
     """
-    precision, pull = local.information, local.gradient
-    everything = _log_integral(precision, pull, local.terms.value.sum())
-    density, squares, count = [], 0.0, 0
+    out: dict[str, HeldOut] = {}
+    jobs: list[Job] = []
+    for name, one in fits.items():
+        density, far = _by_parabola(one, parts)
+        out[name] = HeldOut(density, np.zeros(len(parts), dtype=bool))
+        jobs += [Job(name, part, parts[part], shift) for part, shift in far.items()]
+    if program is None or not jobs:
+        return out
+    for job, rest in zip(jobs, _again(program, fits, jobs), strict=True):
+        local, amplitudes = fits[job.name].local, fits[job.name].amplitudes
+        # noise levels are held: what they had under their prior is there with the part and without
+        out[job.name].density[job.part] = evidence(local, amplitudes) - evidence(rest, amplitudes)
+        out[job.name].refitted[job.part] = True
+    return out
+
+
+def _by_parabola(
+    one: Judged, parts: Sequence[Rows]
+) -> tuple[Float[np.ndarray, " parts"], dict[int, Float[np.ndarray, " size"]]]:
+    """Density of each part (parts,), and how far w moves without those that move it too far."""
+    local = one.local
+    shape = shape_of(local, one.amplitudes)
+    pull = local.design.T @ local.terms.score
+    value = local.terms.value.sum()
+    everything = float(shape.integral(pull, value))
+    density, far = np.empty(len(parts)), {}
+    for number, rows in enumerate(parts):
+        design = local.design[rows]
+        rest = shape.without(design.T @ (design * local.terms.bend[rows, None]))
+        asked = pull - design.T @ local.terms.score[rows]
+        density[number] = everything - rest.integral(asked, value - local.terms.value[rows].sum())
+        shift = _moved(local, rest, asked)
+        told = np.diag(rest.information) > LEFT_ALONE
+        told[rest.wide] = False
+        if np.abs(shift[_shared(local, rows) & told]).max(initial=0.0) > FAR:
+            far[number] = shift
+    return density, far
+
+
+def _moved(
+    local: Local, rest: Shape, pull: Float[np.ndarray, " size"]
+) -> Float[np.ndarray, " size"]:
+    """How far the top is from w without a part."""
+    model = Model(rest.information, pull, local.w, bent_of(local))
+    return model.place(model.top(0.0, np.zeros(len(local.w)))) - local.w
+
+
+def _own(local: Local, rows: Rows) -> Bool[np.ndarray, " size"]:
+    """Which numbers belong to the records of some rows alone."""
+    layout = local.layout
+    return local.hypothesis.own_of({layout.tracks[i] for i in np.unique(layout.track[rows])})
+
+
+def _shared(local: Local, rows: Rows) -> Bool[np.ndarray, " size"]:
+    """Which numbers do not, those of sensors left out."""
+    shared = ~_own(local, rows)
+    shared[len(local.hypothesis.parameters) :] = False
+    return shared
+
+
+def _again(program: Program, fits: Mapping[str, Judged], jobs: Sequence[Job]) -> list[Local]:
+    """Fits without some rows, noise levels held."""
+    points = []
+    for job in jobs:
+        local = fits[job.name].local
+        less = with_weights(local, np.where(job.rows, 0.0, local.layout.weight))
+        longest = max(float(np.abs(job.shift).max()), 1.0)
+        points.append(Point.beside(less, local.w + job.shift / longest))
+    return descended(program, expand(program, points), MOST_AGAIN)
+
+
+def held_out_gap(local: Local, parts: Sequence[Rows]) -> float:
+    """Root mean square of the residuals of all parts, each predicted by a fit to all the others."""
+    squares, count = 0.0, 0
     residual = local.residual.copy()
     for rows in parts:
-        design, bend = local.design[rows], local.terms.bend[rows]
-        own = design.T @ (design * bend[:, None])
-        rest, without = precision - own, pull - design.T @ local.terms.score[rows]
-        density.append(
-            everything
-            - _log_integral(rest, without, local.terms.value.sum() - local.terms.value[rows].sum())
-        )
-        moved = _predicted(local, rows, (rest, without))
-        residual[rows] -= design @ moved
+        residual[rows] -= local.design[rows] @ _without(local, rows)
         scaled = _ahead(local, residual, rows)
         squares, count = squares + float(scaled @ scaled), count + len(scaled)
         residual[rows] = local.residual[rows]
-    return Left(np.array(density), float(np.sqrt(squares / max(count, 1))))
+    return float(np.sqrt(squares / max(count, 1)))
 
 
-def _log_integral(precision: np.ndarray, pull: np.ndarray, value: float) -> float:
-    shift = np.linalg.solve(precision, pull)
-    return float(value + 0.5 * pull @ shift - 0.5 * np.linalg.slogdet(precision)[1])
-
-
-def _predicted(local: Local, rows: np.ndarray, rest: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+def _without(local: Local, rows: Rows) -> Float[np.ndarray, " size"]:
     """Change of w when some rows are left out, their record's own numbers fitted to them."""
-    layout = local.layout
-    out = {layout.tracks[i] for i in np.unique(layout.track[rows])}
-    own = local.hypothesis.own_of(out)
-    moved = np.linalg.solve(*rest)
+    information, pull = local.information, local.gradient
+    design = local.design[rows]
+    rest = information - design.T @ (design * local.terms.bend[rows, None])
+    moved = np.linalg.solve(rest, pull - design.T @ local.terms.score[rows])
+    own = _own(local, rows)
     if own.any():
-        precision, pull = local.information, local.gradient
         free, held = np.flatnonzero(own), np.flatnonzero(~own)
-        shared = pull[free] - precision[np.ix_(free, held)] @ moved[held]
-        moved[free] = np.linalg.solve(precision[np.ix_(free, free)], shared)
+        shared = pull[free] - information[np.ix_(free, held)] @ moved[held]
+        moved[free] = np.linalg.solve(information[np.ix_(free, free)], shared)
     return moved
 
 
-def _ahead(local: Local, residual: np.ndarray, rows: np.ndarray) -> np.ndarray:
+def _ahead(
+    local: Local, residual: Float[np.ndarray, " n"], rows: Rows
+) -> Float[np.ndarray, " ahead"]:
     """Residuals of some rows one step ahead, over what the sheet allows."""
     layout, out = local.layout, []
     for number in np.unique(layout.channel[rows]):
@@ -98,58 +196,8 @@ def _ahead(local: Local, residual: np.ndarray, rows: np.ndarray) -> np.ndarray:
     return np.concatenate(out) if out else np.zeros(0)
 
 
-def gap(local: Local, rows: np.ndarray | None = None) -> float:
+def gap(local: Local, rows: Rows | None = None) -> float:
     """Root mean square of the residuals one step ahead, 1 where all is explained."""
     rows = local.layout.read if rows is None else rows
     scaled = _ahead(local, local.residual, rows)
     return float(np.sqrt(np.mean(scaled**2))) if len(scaled) else 0.0
-
-
-class Place(NamedTuple):
-    """Where an effect shows: record, channel, stretch [s], line [Hz] where there is one."""
-
-    record: str
-    cylinder: str
-    channel: str
-    time_s: tuple[float, float] | None
-    frequency_Hz: tuple[float, float] | None
-
-    @property
-    def track(self) -> str:
-        """Label of the record, "record,cylinder"."""
-        return f"{self.record},{self.cylinder}"
-
-
-def place(local: Local, gain: np.ndarray, change: np.ndarray) -> Place:
-    """Find where the log-likelihood gains most.
-
-    - `gain` (n,): of each sample. - `change` (n,): of its expected reading.
-    """
-    layout = local.layout
-    totals = np.bincount(layout.channel, weights=gain, minlength=len(layout.channels))
-    best = int(np.argmax(totals))
-    channel = layout.channels[best]
-    rows = np.flatnonzero((layout.channel == best) & layout.read)
-    size = change[rows] ** 2 * np.maximum(local.terms.bend[rows], 0.0)
-    share = np.cumsum(size) / max(float(size.sum()), 1e-300)
-    end = len(rows) - 1
-    first, last = (min(int(np.searchsorted(share, q)), end) for q in MOST_OF_IT)
-    times = layout.time[rows]
-    stretch = (float(times[first]), float(times[last]))
-    line = _line(change[rows][first : last + 1], channel.interval)
-    track = layout.problem.track(channel.track)
-    return Place(track.name, track.cylinder, channel.quantity, stretch, line)
-
-
-def _line(change: np.ndarray, interval: float) -> tuple[float, float] | None:
-    """Band of a line that holds most of a change, or None where there is none."""
-    if len(change) < 32:
-        return None
-    trend = np.polynomial.Polynomial.fit(np.arange(len(change)), change, 2)
-    power = np.abs(np.fft.rfft(change - trend(np.arange(len(change))))) ** 2
-    frequency = np.fft.rfftfreq(len(change), interval)
-    top = int(np.argmax(power))
-    near = slice(max(top - 2, 1), top + 3)
-    if top < 4 or power[near].sum() < 0.6 * power[1:].sum():
-        return None
-    return float(frequency[near][0]), float(frequency[near][-1])

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rigid.likelihood.priors import AbstractLaw
 from rigid.localfit.integral import Shape, shape_of
+from rigid.localfit.leave_one_out import Judged, Rows
 from rigid.localfit.local import Local
 
 CAMPAIGNS = 200
@@ -32,18 +32,18 @@ class Scattered(NamedTuple):
 
 def scattered(
     true: Local,
-    fits: Mapping[str, tuple[Local, Mapping[str, AbstractLaw]]],
-    parts: Sequence[np.ndarray],
+    fits: Mapping[str, Judged],
+    parts: Sequence[Rows],
     seed: int,
 ) -> dict[str, Scattered]:
     """Draw campaigns that a law would make and judge laws by them.
 
-    - `true`: the law. - `fits`: of the laws to judge, with the laws of their amplitudes.
+    - `true`: the law. - `fits`: of the laws to judge.
     - `parts`: rows that are left out in turn; rows in none of them count for the evidence alone.
     """
     rng = np.random.default_rng(seed)
     bend = np.maximum(true.terms.bend, 0.0)
-    judges = {name: Judge(one, amplitudes, true, parts) for name, (one, amplitudes) in fits.items()}
+    judges = {name: Judge(one, true, parts) for name, one in fits.items()}
     found: dict[str, list[Scattered]] = {name: [] for name in fits}
     for _ in range(CAMPAIGNS // AT_ONCE):
         scores = np.sqrt(bend) * rng.standard_normal((AT_ONCE, len(bend)))
@@ -62,17 +62,12 @@ class Judge:
     to all laws and left out. b e is the sample's score at the true reading, and that is how noise
     is given: of a real campaign, rounded by a converter, it can be had exactly.
 
-    - `local`: the law's fit, `amplitudes` the laws of its amplitudes. - `true`: the fit of the law
-      that makes the campaigns. - `parts`: as in `scattered`.
+    - `one`: the law. - `true`: the fit of the law that makes the campaigns. - `parts`: as in
+      `scattered`.
     """
 
-    def __init__(
-        self,
-        local: Local,
-        amplitudes: Mapping[str, AbstractLaw],
-        true: Local,
-        parts: Sequence[np.ndarray],
-    ):
+    def __init__(self, one: Judged, true: Local, parts: Sequence[Rows]):
+        local = one.local
         bend = np.maximum(true.terms.bend, 0.0)
         miss = local.residual - true.residual
         rest = ~np.any(np.array(parts), axis=0)
@@ -80,7 +75,7 @@ class Judge:
         self._order = np.concatenate(rows)
         self._ends = np.cumsum([0, *(len(r) for r in rows)])
         self._columns = np.column_stack([local.design, miss])[self._order]
-        self._shape = shape_of(local, amplitudes, bend)
+        self._shape = shape_of(local, one.amplitudes, bend)
         self._without = [self._less(local.design[r], bend[r]) for r in rows[:-1]]
         steady = bend * miss
         self._pull = np.array([local.design[r].T @ steady[r] for r in rows])

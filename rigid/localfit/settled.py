@@ -9,7 +9,8 @@ which ends lower has not found its optimum.
 import numpy as np
 
 from rigid.inference.settled import Settled, settled
-from rigid.localfit.local import Local, added_size
+from rigid.localfit.expansion import added_size
+from rigid.localfit.local import Local
 
 NEAR_ABSENCE = 8.0
 """Nats that the prior takes for an effect that is as good as absent: four sds of an amplitude whose

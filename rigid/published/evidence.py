@@ -21,6 +21,8 @@ from jaxtyping import Float
 from scipy.special import logsumexp, ndtri
 from scipy.stats import qmc
 
+from rigid.inference.proposal import kish
+
 BLOCKS = 16
 SIZE = 2048
 """Of one block of last points, a power of two."""
@@ -109,8 +111,7 @@ def adapted(questions: Questions, dimension: int, seed: int) -> Points:
 
 def effective(log_weight: Float[np.ndarray, " n"]) -> float:
     """Effective number of weighted points, (sum w)^2 / sum w^2."""
-    weight = np.exp(log_weight - np.max(log_weight))
-    return float(np.sum(weight) ** 2 / np.sum(weight**2))
+    return kish(np.exp(log_weight - np.max(log_weight)))
 
 
 def tempered(answer: np.ndarray, log_ratio: np.ndarray) -> float:

@@ -7,10 +7,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from rigid.friction.comparison import Comparison, compare
+from rigid.friction.comparison import Comparison, compare, next_record
 from rigid.friction.fits import fit_laws
 from rigid.friction.models import laws
-from rigid.friction.next_record import next_record
 from rigid.inference.reference_check import SolverCheck
 from rigid.io.cli import Options, say
 from rigid.io.files import write_text

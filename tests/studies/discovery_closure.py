@@ -20,7 +20,8 @@ from rigid.discovery.refit import refit
 from rigid.discovery.workflow import Outcome
 from rigid.generator.refit import Key, noiseless
 from rigid.likelihood.tracks import Track
-from rigid.localfit.local import Local, refined, with_weights
+from rigid.localfit.ascent import refined
+from rigid.localfit.local import Local, with_weights
 from rigid.localfit.samples import data_of
 
 LEFT_OUT = ("frame-3,A", "free-run-2,A", "release-2,A")

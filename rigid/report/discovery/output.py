@@ -111,8 +111,8 @@ def _added(step: Step, name: str, judged: Judged) -> dict[str, Any]:
         "gap": {
             "before": judged.gap[0],
             "after": judged.gap[1],
-            "held_out_before": judged.left[0].gap,
-            "held_out_after": judged.left[1].gap,
+            "held_out_before": judged.held_out_gap[0],
+            "held_out_after": judged.held_out_gap[1],
             "elpd_difference": difference,
             "elpd_se": error,
         },

@@ -1,0 +1,174 @@
+"""Hypotheses led to their optima side by side: each turn of the program serves them all.
+
+Where simulations are dear (rigs that are not steady), slopes by the model's old numbers are kept
+from the fit that a hypothesis began with and only those of the added effects are renewed. Where no
+step then leads up, all slopes are renewed once: a slack of 2 um moves those by k_LC by a hundredth,
+three hundred noise sds.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from rigid.localfit.expansion import Point, Program, expand, expanded
+from rigid.localfit.local import Local, fitted_noise, with_noise
+from rigid.localfit.trust_region import model_of, moved_within, promised
+
+LONGEST = 2.0
+"""Largest change of an entry of w in one step."""
+MOST_TURNS, MOST_STEPS = 25, 12
+"""Turns of several hypotheses, and of one, at most."""
+CLOSE, CLOSER = 0.2, 0.02
+"""Done when the top of the model is less above than this in log-posterior: where the integral goes
+on from there to the top of the parabola, and where it does not."""
+SHORTER, POOR = 0.3, 0.25
+"""After a step that brings less than the second share of what it promised, the next has at most the
+first share of its length; so has each further step that is tried in the same turn."""
+MOST_TRIES = 4
+"""Steps of one hypothesis that are tried in one turn, where lanes are free."""
+SHORTEST = 0.003
+"""Length, in prior sds, below which no more steps are tried."""
+NOISE_ROUNDS = 2
+
+
+class Tried(NamedTuple):
+    """A step of w, the log-posterior that it promised, and what came of it."""
+
+    step: Float[np.ndarray, " size"]
+    gain: float
+    local: Local
+
+
+class Climb(NamedTuple):
+    """How far a fit has come.
+
+    - `best`: the highest so far. - `here`: where the next step begins. - `radius`: how far a step
+      from the highest may go. - `close`: what the top may be above the best at the end.
+
+    Records of a thousand noise sds bend every valley: a step along it ends beside it, lower, but
+    with slopes by which the next one may end further up than where both began. So from a place
+    that is lower, but promises more, one further step is taken before it is given up (the watchdog
+    of Chamberlain, Powell, Lemarechal and Pedersen 1982, Math. Program. Study 16).
+    """
+
+    best: Local
+    here: Local
+    radius: float
+    close: float = CLOSE
+
+    @property
+    def open(self) -> bool:
+        """Whether there is more to come.
+
+        It is the model's top, however far, that tells: a step that is short because longer ones
+        have failed promises little wherever the top is.
+        """
+        if self.here is not self.best:
+            return True
+        return self.radius >= SHORTEST and promised(self.best) > self.close
+
+    @property
+    def stuck(self) -> bool:
+        """Whether no step leads up, though the top of the model is further up."""
+        return self.radius < SHORTEST and promised(self.best) > self.close
+
+    @property
+    def reach(self) -> float:
+        """How far the next step may go."""
+        return self.radius if self.here is self.best else LONGEST
+
+    def after(self, tried: Sequence[Tried]) -> "Climb":
+        """Where it goes on after steps."""
+        lengths = [float(np.abs(one.step).max()) for one in tried]
+        values = [one.local.value for one in tried]
+        heights = [value if np.isfinite(value) else -np.inf for value in values]
+        top = int(np.argmax(heights))
+        _, gain, one = tried[top]
+        straight = self.here is self.best
+        if heights[top] > self.best.value:
+            poor = heights[top] - self.here.value < POOR * gain
+            longer = SHORTER * lengths[top] if poor else min(2.0 * lengths[top], LONGEST)
+            return Climb(one, one, longer if straight else max(longer, self.radius), self.close)
+        if straight and np.isfinite(heights[0]):
+            first = tried[0].local
+            if first.value + promised(first) > self.best.value + self.close:
+                return self._replace(here=first, radius=lengths[-1])
+        radius = SHORTER * (lengths[-1] if straight else self.radius)
+        return self._replace(here=self.best, radius=radius)
+
+
+def led(program: Program, found: Sequence[Local], turns: int = MOST_TURNS) -> list[Local]:
+    """Lead hypotheses to their optima and their noise levels to theirs.
+
+    - `turns`: of the program, at most, before the noise levels move; half as many after.
+    """
+    return settled(program, descended(program, found, turns), turns // 2)
+
+
+def settled(program: Program, found: Sequence[Local], turns: int) -> list[Local]:
+    """Lead noise levels to their optima, then hypotheses to theirs."""
+    return descended(program, [with_noise(one, fitted_noise(one)) for one in found], turns)
+
+
+def refined(local: Local, chord: bool = False, most: int = MOST_STEPS) -> Local:
+    """Lead one hypothesis and its noise levels to their optima, CLOSER.
+
+    - `chord`: keep the slopes by all but the added effects' numbers.
+    """
+    for _ in range(NOISE_ROUNDS):
+        local = _refined(local, chord, most)
+        local = with_noise(local, fitted_noise(local))
+    return _refined(local, chord, most)
+
+
+def _refined(local: Local, chord: bool, most: int) -> Local:
+    if not chord:
+        return descended(Program(local.family), [local], most, CLOSER)[0]
+    (end,) = climbed(Program(local.family, kept=local.design), [local], most, CLOSER)
+    if not end.stuck:
+        return end.best
+    renewed = expanded(local.family, Point.beside(end.best, end.best.w))
+    return descended(Program(local.family, kept=renewed.design), [renewed], most, CLOSER)[0]
+
+
+def descended(
+    program: Program, found: Sequence[Local], turns: int = MOST_TURNS, close: float = CLOSE
+) -> list[Local]:
+    """Lead hypotheses uphill, noise levels held, for so many turns of the program at most."""
+    return [climb.best for climb in climbed(program, found, turns, close)]
+
+
+def climbed(
+    program: Program, found: Sequence[Local], turns: int, close: float = CLOSE
+) -> list[Climb]:
+    """The same, with how each climb ended."""
+    climbs = [Climb(one, one, LONGEST, close) for one in found]
+    for _ in range(turns):
+        open_ = [i for i, climb in enumerate(climbs) if climb.open]
+        if not open_:
+            break
+        needed = sum(program.lanes(climbs[i].here.hypothesis) for i in open_)
+        tries = min(MOST_TRIES, max(1, program.family.lanes // needed))
+        steps = {i: _steps(climbs[i].here, climbs[i].reach, tries) for i in open_}
+        points = [
+            Point.beside(climbs[i].here, climbs[i].here.w + step)
+            for i in open_
+            for step, _ in steps[i]
+        ]
+        tried = iter(expand(program, points))
+        for i in open_:
+            climbs[i] = climbs[i].after([Tried(*pair, next(tried)) for pair in steps[i]])
+    return climbs
+
+
+def _steps(
+    local: Local, radius: float, tries: int
+) -> list[tuple[Float[np.ndarray, " size"], float]]:
+    """Steps of w, each SHORTER than the one before, and what they promise."""
+    model = model_of(local)
+    found = [moved_within(model, radius)]
+    for _ in range(tries - 1):
+        found.append(moved_within(model, SHORTER * float(np.abs(found[-1][0]).max())))
+    return found
