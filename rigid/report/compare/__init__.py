@@ -1,0 +1,1 @@
+"""Runs side by side: what moved, what disagrees, what differs."""
