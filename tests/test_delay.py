@@ -39,8 +39,9 @@ def pressure(march, record, kind: str, delay: float | None) -> np.ndarray:
 def test_a_delay_shorter_than_a_sample_moves_no_jump(march, kind: str):
     """Spread over its sample, a jump of 4 bar by a sixteenth of it would be off by 3 psi."""
     record = RECORDS[kind][0]
+    samples = (record.size - 1) * FINE + 1
     fine = dataclasses.replace(
-        record, interval=record.interval / FINE, samples=(record.samples - 1) * FINE + 1
+        record, interval=record.interval / FINE, samples=samples, size=samples
     )
     exact = pressure(slow.march, fine, kind, None)
     place = FINE * np.arange(1, record.samples - 1)

@@ -243,8 +243,8 @@ def test_the_page_needs_no_network_and_says_simulated(fitted):
     assert "A rig of one" in page
     fetched = re.findall(r"""(?:src|href|xlink:href)\s*=\s*["']([^"'#][^"']*)""", page)
     beside = {f for f in fetched if not f.startswith("data:")}
-    # Files of the figures lie beside the page; they are there to be opened, none is fetched.
-    assert beside == set(re.findall(r'<a href="(figures/[\w-]+\.\w+)"', page))
+    # Files of figures and text lie beside the page; they are there to be opened, none is fetched.
+    assert beside == set(re.findall(r'<a href="((?:figures/)?[\w-]+\.\w+)"', page))
     assert all((fitted.out / name).is_file() for name in beside)
     assert not re.findall(r"url\(\s*['\"]?(?:https?:)?//", page)
     assert "@import" not in page

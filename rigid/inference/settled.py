@@ -79,5 +79,5 @@ def settled(
     step = cho_solve(cho_factor(information), gradient)
     limit = float(norm.isf(0.5 * CHANCE / len(w)))
     order = np.argsort(-np.abs(w))
-    far = tuple((labels[i], float(w[i])) for i in order if abs(w[i]) > limit)
+    far = tuple((str(labels[i]), float(w[i])) for i in order if abs(w[i]) > limit)
     return Settled(float(np.sqrt(max(gradient @ step, 0.0))), far, limit)
