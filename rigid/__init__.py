@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from rigid.study.fit import Fit
     from rigid.study.laws import Laws
     from rigid.study.study import Study, build, load
+    from rigid.study.validation import Replicates, Validation
 
 __version__ = "0.1.0"
 
@@ -32,9 +33,11 @@ __all__ = [
     "Laws",
     "LogPosterior",
     "Record",
+    "Replicates",
     "Rig",
     "RigidError",
     "Study",
+    "Validation",
     "build",
     "by_ensemble",
     "load",
@@ -50,9 +53,11 @@ _HOMES = {
     "Laws": "study.laws:Laws",
     "LogPosterior": "study.density:LogPosterior",
     "Record": "spec.record:RecordSpec",
+    "Replicates": "study.validation:Replicates",
     "Rig": "spec.values:RigSpec",
     "RigidError": "io.errors:RigidError",
     "Study": "study.study:Study",
+    "Validation": "study.validation:Validation",
     "build": "study.study:build",
     "by_ensemble": "inference.posterior:by_ensemble",
     "load": "study.study:load",

@@ -22,13 +22,14 @@ LAYERS = (
     ("inference",),
     ("localfit",),
     ("discovery", "friction", "smoothing", "published"),
+    ("validation",),
     ("report",),
     ("study",),
-    ("bands", "batch", "check", "compare", "discover", "fit", "laws", "paper"),
+    ("bands", "batch", "check", "compare", "discover", "fit", "laws", "paper", "validate"),
     ("__main__",),
 )
 LAYER = {room: number for number, rooms in enumerate(LAYERS) for room in rooms}
-FLOORS, ROOMS = 12, 32
+FLOORS, ROOMS = 13, 34
 
 # The same inside a room that has rooms of its own.
 WITHIN = {
@@ -48,7 +49,7 @@ WITHIN = {
         ("templating",),
         ("page", "gallery", "made"),
         ("section",),
-        ("calibration", "discovery", "laws", "bands", "published", "season"),
+        ("calibration", "discovery", "laws", "bands", "published", "season", "validation"),
         ("compare", "paper"),
     ),
 }

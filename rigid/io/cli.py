@@ -8,10 +8,10 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from rigid import __version__
 from rigid.io.errors import InputError, RigidError
@@ -34,6 +34,7 @@ class Options:
     - `workers`: number of processes, or address of a Dask scheduler; None: this process.
     - `runs`: folders or files of a command that takes several, in place of a spec.
     - `switches`: those of the command's own that were given.
+    - `own`: options that this command alone has, by name.
     """
 
     spec: str
@@ -46,6 +47,7 @@ class Options:
     workers: int | str | None = None
     runs: tuple[Path, ...] = ()
     switches: frozenset[str] = frozenset()
+    own: Mapping[str, Any] = field(default_factory=dict)
 
     def folder(self, spec_path: Path) -> Path:
         """Folder of the results for a spec."""
@@ -67,12 +69,14 @@ class Takes:
     - `what`: the sort of its argument, as `--help` names it. - `workers`: whether it has jobs for
       other processes or machines.
     - `count`: "one" spec, "many" runs, or "none". - `switches`: help by name of its own switches.
+    - `adds`: declares options of its own that take a value.
     """
 
     what: str = "a spec: its path, or NAME of fits/NAME.toml or a shipped one"
     workers: bool = False
     count: Literal["one", "many", "none"] = "one"
     switches: Mapping[str, str] = field(default_factory=dict)
+    adds: Callable[[argparse.ArgumentParser], None] = lambda _: None
 
 
 SPEC = Takes()
@@ -113,9 +117,12 @@ def parse(
             f"--{name}", action="append_const", const=name, dest="switches", help=help_text
         )
     parser.add_argument("--version", action="version", version=f"rigid {__version__}")
+    takes.adds(parser)
     read = vars(parser.parse_args(arguments))
     read["runs"] = tuple(read.get("runs", ()))
     read["switches"] = frozenset(read.get("switches") or ())
+    known = {f.name for f in fields(Options)}
+    read["own"] = {name: read.pop(name) for name in [*read] if name not in known}
     given = Options(**{"spec": " ".join(map(str, read["runs"])), **read})
     if given.workers is not None and not takes.workers:
         parser.error(

@@ -1,7 +1,7 @@
 """From the records a spec names to checked, immutable records in SI."""
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -92,7 +92,8 @@ def read_record(
     corner = None if KINDS[spec.kind].of_the_rig() else spec.corner or usual_corner(interval)
     if corner is not None and not uniform:
         notes += (UNEVEN.format(interval),)
-    run = _as_checked(spec, raw, source.table, corner)
+    stated = {q: source.table.units.get(name, "") for q, name in raw.names.items()}
+    run = _as_checked(spec, raw, stated, corner)
     defects = causes(checks.sampling(run) + checks.channels(run, sensors), spec.accept)
     notes += settle(where, defects, spec.accept)
     return Record(
@@ -113,10 +114,36 @@ def read_record(
     )
 
 
-def _as_checked(spec: RecordSpec, raw: Raw, table: Table, corner: float | None) -> checks.Run:
+def reread(
+    record: Record,
+    values: Mapping[str, np.ndarray],
+    spec: RecordSpec,
+    sensors: checks.Sheets,
+) -> Record:
+    """Return a record with other readings, judged as those of a file; what was not read stays so.
+
+    - `values`: by quantity, (n,) in SI; channels that are left out stay as they are.
+
+    Raises InputError when they have defects that the spec does not accept.
+    """
+    raw = Raw(np.arange(1, len(record.time) + 1), {TIME: record.time, **values}, {})
+    run = _as_checked(spec, raw, {}, record.corner)
+    defects = causes(checks.channels(run, sensors), spec.accept)
+    notes = settle(f"{record.path}: record {record.name!r}", defects, spec.accept)
+    channels = dict(record.channels)
+    for quantity, channel in channels.items():
+        if quantity in values:
+            valid = channel.valid & _usable(quantity, len(record.time), defects)
+            channels[quantity] = replace(channel, values=values[quantity], valid=valid)
+    return replace(record, channels=channels, notes=notes)
+
+
+def _as_checked(
+    spec: RecordSpec, raw: Raw, stated: Mapping[str, str], corner: float | None
+) -> checks.Run:
     """Return the record as the checks see it.
 
-    - corner: of a motion, in Hz
+    - stated: unit that the file itself gives, by quantity. - corner: of a motion, in Hz
     """
     stretch, open_valve = checks.stretches(raw.columns[TIME], spec.valve)
     return checks.Run(
@@ -125,7 +152,7 @@ def _as_checked(spec: RecordSpec, raw: Raw, table: Table, corner: float | None) 
         rows=raw.rows,
         values={quantity: v for quantity, v in raw.columns.items() if quantity != TIME},
         units={quantity: channel.unit for quantity, channel in spec.channels.items()},
-        stated={q: table.units.get(name, "") for q, name in raw.names.items()},
+        stated=stated,
         stretch=stretch,
         open_valve=open_valve,
         longest_step=None if corner is None else longest_step(corner),
@@ -245,9 +272,15 @@ def _channels(raw: Raw, units: Mapping[str, str], defects: list[Defect]) -> dict
     for quantity, values in raw.columns.items():
         if quantity == TIME:
             continue
-        valid = np.ones(len(values), dtype=bool)
-        for defect in defects:
-            if defect.quantity == quantity and defect.name in INVALIDATES:
-                valid &= ~defect.samples
+        valid = _usable(quantity, len(values), defects)
         made[quantity] = Channel(quantity, values, valid, raw.names[quantity], units[quantity])
     return made
+
+
+def _usable(quantity: str, samples: int, defects: list[Defect]) -> np.ndarray:
+    """Which samples (n,) of a channel no accepted defect forbids."""
+    valid = np.ones(samples, dtype=bool)
+    for defect in defects:
+        if defect.quantity == quantity and defect.name in INVALIDATES:
+            valid &= ~defect.samples
+    return valid

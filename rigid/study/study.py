@@ -3,7 +3,7 @@
 import contextlib
 import time
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -36,6 +36,8 @@ from rigid.study.discovery import Discovery, Question, answer, candidates
 from rigid.study.fit import Fit
 from rigid.study.laws import Laws, compare_laws
 from rigid.study.simulation import Readings, simulate
+from rigid.study.validation import Replicates, Validation, validate
+from rigid.validation.campaign import Base
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,6 +198,33 @@ class Study:
         problem = assemble(without_friction(self.spec), self.records)
         with self._running("laws"), _held(out):
             found = compare_laws(self.spec, self.records, problem, self._seed(seed), options)
+            if out is not None:
+                found.write(Path(out))
+        return found
+
+    def validate(
+        self,
+        asked: Replicates | None = None,
+        out: Path | str | None = None,
+        *,
+        seed: int | None = None,
+        resume: bool = False,
+        quiet: bool = False,
+        workers: int | str | None = None,
+    ) -> Validation:
+        """Draw campaigns from this spec, fit them, and test what the posteriors say of the truths.
+
+        - `asked`: how many, fitted how; None: 100, fast. - `workers`: processes to start, or the
+          address of a Dask scheduler; None: this process.
+
+        Raises InputError for a spec without records of its own to draw.
+        """
+        if self.spec.published is not None:
+            raise InputError(f"{self.spec.path}: has [published] numbers and no records to draw")
+        options = replace(self._options(out, seed, resume, quiet), workers=workers)
+        base = Base(self.spec, self.records, self.problem)
+        with self._running("validate"), _held(out):
+            found = validate(base, asked or Replicates(), self._seed(seed), options)
             if out is not None:
                 found.write(Path(out))
         return found

@@ -1,0 +1,1 @@
+"""The section on a validation, and validation.json."""

@@ -1,0 +1,74 @@
+"""The section on a validation: what it is on the page, and its content."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from rigid.report.content import Content
+from rigid.report.section import Kind
+from rigid.report.validation import figures
+
+TITLE, ORDER, TEMPLATE = "Validation", 60, "validation.html.j2"
+
+
+def kind(name: str) -> Kind:
+    """The section of one design; others of the same folder stand beside it."""
+    title = TITLE if name == "validation" else f"{TITLE}: {name.removeprefix('validation-')}"
+    return Kind(name, ORDER, title, TEMPLATE, figures)
+
+
+@dataclass(frozen=True, eq=False)
+class RankShown:
+    """Ranks of one quantity as a curve.
+
+    - `name`; `joint`: whether it is of the posterior as a whole; `ok`.
+    - `at` (points,); `difference` (points,): share of ranks below less the share expected.
+    """
+
+    name: str
+    joint: bool
+    ok: bool
+    at: Float[np.ndarray, " points"]
+    difference: Float[np.ndarray, " points"]
+
+
+@dataclass(frozen=True)
+class QuantityRow:
+    """A row of the table: ranks and coverage of one quantity, as printed."""
+
+    name: str
+    p: float
+    shares: tuple[str, ...]
+    gained: float | None
+    ok: bool
+    says: str
+
+
+@dataclass(frozen=True)
+class MisfitRow:
+    """A row of the table of misfits, as printed."""
+
+    constant: str
+    parameter: str
+    share: str
+    error: float
+    expected: float
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ValidationContent(Content):
+    """The section, complete.
+
+    - `rows`. - `heads`: of the shares. - `notes`: sentences. - `misfits`; `by`: their shift.
+    - `shown`: curves; `least`, `greatest` (points,): the band that holds 95 % of sound ones.
+    """
+
+    rows: tuple[QuantityRow, ...]
+    heads: tuple[str, ...]
+    notes: tuple[str, ...]
+    misfits: tuple[MisfitRow, ...]
+    by: float
+    shown: tuple[RankShown, ...]
+    least: Float[np.ndarray, " points"]
+    greatest: Float[np.ndarray, " points"]

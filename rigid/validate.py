@@ -1,0 +1,90 @@
+"""`python -m rigid.validate SPEC`: do its posteriors hold the truth as often as they say?"""
+
+import argparse
+import sys
+from pathlib import Path
+
+from rigid.io.cli import Options, Takes, run, say
+
+SAYS = "Draw campaigns from a spec, fit them, and test what the posteriors say of the truths."
+WAYS = ("noise-halved", "rounding-ignored", "colour-ignored", "record-twice")
+SHIFT = 2.0
+"""Prior sds of a misfit where none are given."""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command."""
+    return run("validate", SAYS, validate, arguments, Takes(workers=True, adds=add_options))
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Declare the options that this command alone has."""
+    parser.add_argument(
+        "--replicates", type=_count, default=100, metavar="N", help="campaigns (100)"
+    )
+    parser.add_argument("--full", action="store_true", help="fit each as rigid.fit does; slow")
+    parser.add_argument(
+        "--from",
+        dest="posterior",
+        type=Path,
+        metavar="POSTERIOR",
+        help="draw around a posterior.nc, in place of the whole prior",
+    )
+    parser.add_argument(
+        "--misfit",
+        nargs="?",
+        type=float,
+        const=SHIFT,
+        default=0.0,
+        metavar="SDS",
+        help=f"draw each constant of the rig so many prior sds from its prior in turn ({SHIFT:g})",
+    )
+    parser.add_argument(
+        "--break",
+        dest="broken",
+        choices=WAYS,
+        help="break the likelihood on purpose, to see the validation fail",
+    )
+
+
+def _count(text: str) -> int:
+    """Read a number of campaigns."""
+    if not text.isdecimal() or int(text) == 0:
+        raise argparse.ArgumentTypeError(f"'{text}' is no number of campaigns; 1 or more")
+    return int(text)
+
+
+def validate(options: Options) -> int:
+    """Run the replicates and write all files; returns 0, or 1 if the posteriors are not sound."""
+    from rigid.spec.opening import open_spec
+
+    spec = open_spec(options)
+
+    from rigid.io.runtime import prepare
+
+    prepare()
+    from rigid.study.study import Study
+    from rigid.study.validation import Replicates
+
+    own, folder = options.own, options.folder(spec.path)
+    asked = Replicates(
+        own["replicates"], own["full"], own["posterior"], own["misfit"], own["broken"]
+    )
+    found = Study(spec).validate(
+        asked,
+        folder,
+        seed=options.seed,
+        resume=options.resume,
+        quiet=options.quiet,
+        workers=options.workers,
+    )
+    sys.stdout.write(found.json() if options.as_json else found.table())
+    for check in found.verdict.checks:
+        if not check.ok and not found.usable:
+            sys.stderr.write(f"{check.name}: {check.says}\n")
+    say(options, f"report: {folder / 'index.html'}")
+    return 0 if found.usable else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""Simulation-based calibration: campaigns drawn from a spec, fitted, and ranked."""

@@ -1,0 +1,109 @@
+"""Weighted draws of a posterior with all that is ranked among them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from rigid.inference.adaptation import drawn
+from rigid.inference.calibrate import UNRELIABLE
+from rigid.inference.coordinates import chart_of
+from rigid.inference.proposal import MixtureProposal, kish, pareto_shape
+from rigid.likelihood.problem import Problem, evaluate, in_batches
+
+ESS = 500.0
+"""Independent draws that weighted ones are to be worth: a rank then is known to 0.02."""
+BATCH, MOST_DRAWS = 2048, 12_288
+
+
+@dataclass(frozen=True, eq=False)
+class Weighted:
+    """Draws of a posterior.
+
+    - `z` (n, size), `weight` (n,), `log_posterior` (n,).
+    - `sensors`: by label, (5, n): mean of gain and zero, variance of the gain, covariance, variance
+      of the zero, given z.
+    - `pareto_k`: shape of the weights' tail; None where all weigh the same.
+    """
+
+    z: np.ndarray
+    weight: np.ndarray
+    log_posterior: np.ndarray
+    sensors: Mapping[str, np.ndarray]
+    pareto_k: float | None
+
+    @property
+    def ess(self) -> float:
+        """Independent draws that the weights are worth."""
+        return kish(self.weight)
+
+    @property
+    def good(self) -> bool:
+        """Whether sums over the draws can be trusted."""
+        return self.ess >= ESS and (self.pareto_k is None or self.pareto_k < UNRELIABLE)
+
+    @property
+    def mean(self) -> np.ndarray:
+        """Mean of z (size,)."""
+        return self.weight @ self.z / self.weight.sum()
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """Covariance of z (size, size)."""
+        away = self.z - self.mean
+        return (away * self.weight[:, None]).T @ away / self.weight.sum()
+
+
+def evaluated(problem: Problem, z: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Log-posterior (n,) and law of every sensor (5, n) at z (n, size)."""
+    parts = in_batches(evaluate, problem, z)
+    value = np.concatenate([p.log_posterior[:n] for p, n in parts])
+    labels = parts[0][0].sensors
+    return value, {
+        label: np.concatenate([p.sensors[label][:, :n] for p, n in parts], axis=1)
+        for label in labels
+    }
+
+
+def weighted(problem: Problem, law: MixtureProposal, rng: np.random.Generator) -> Weighted:
+    """Draw of a law until the weights are worth ESS independent draws, and reliable.
+
+    - `law`: in the coordinates of the problem's chart, as `propose` gives it.
+    """
+    chart = chart_of(problem)
+    parts: list[tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]] = []
+    logs: list[np.ndarray] = []
+
+    def density(z: np.ndarray) -> np.ndarray:
+        value, sensors = evaluated(problem, z)
+        parts.append((z, value, sensors))
+        return value
+
+    while True:
+        logs.append(drawn(chart.density(density), law, rng, BATCH).log_weight)
+        found = _together(parts, np.concatenate(logs))
+        if found.good or len(found.weight) >= MOST_DRAWS:
+            return found
+
+
+def _together(parts: list, log_weight: np.ndarray) -> Weighted:
+    some = np.any(np.isfinite(log_weight))
+    weight = np.exp(log_weight - log_weight.max()) if some else np.zeros(len(log_weight))
+    usable = weight > 0.0
+    sensors = {
+        label: np.concatenate([p[2][label] for p in parts], axis=1)[:, usable]
+        for label in parts[0][2]
+    }
+    return Weighted(
+        np.concatenate([p[0] for p in parts])[usable],
+        weight[usable],
+        np.concatenate([p[1] for p in parts])[usable],
+        sensors,
+        float(pareto_shape(weight)) if some else np.inf,
+    )
+
+
+def of_chain(problem: Problem, z: np.ndarray) -> Weighted:
+    """Draws (n, size) of a chain as weighted ones, all of the same weight."""
+    value, sensors = evaluated(problem, z)
+    return Weighted(z, np.ones(len(z)), value, sensors, None)

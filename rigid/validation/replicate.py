@@ -1,0 +1,146 @@
+"""One replicate: a campaign drawn, fitted and ranked. A pure function of what its job is given."""
+
+import dataclasses
+import hashlib
+import tempfile
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rigid.inference.calibrate import calibrate, propose
+from rigid.inference.curvature import sharpened
+from rigid.inference.posterior import stack
+from rigid.inference.search import Found, search_from
+from rigid.io.cli import Options
+from rigid.jobs.job import Given
+from rigid.likelihood.problem import Problem
+from rigid.spec import Spec
+from rigid.validation.broken import broken, kept
+from rigid.validation.campaign import Base, Campaign, draw, read_base
+from rigid.validation.design import COLOUR, Design, read_arguments
+from rigid.validation.draws import Weighted, of_chain, weighted
+from rigid.validation.ranks import ranks
+
+PRIOR_STARTS = 2
+"""Starts of a fast search that know nothing of the truth, beside the one that begins there."""
+FARTHEST = 3.0
+"""Prior sds from the centre within which a search begins."""
+FULL_STEPS = 20
+"""Steps of each walker that a full fit is ranked among, as many as posterior.nc holds."""
+DIGITS = 6
+
+
+def one(given: Given) -> dict[str, Any]:
+    """Draw, fit and rank the replicate of a job.
+
+    Returns `ranks` by quantity; `width` (posterior sd over prior sd) and `error` (posterior mean
+    less truth, in posterior sds) by parameter; how the posterior was summed; what was shifted.
+    """
+    spec, design, number = read_arguments(given)
+    if design.broken == "colour-ignored":
+        design = dataclasses.replace(design, colour=COLOUR)
+    around = tuple(sorted(design.around.items()))
+    base = _base(spec.text, str(spec.path), str(given.root), around, _Held(spec))
+    campaign = draw(base, design, number)
+    rng = np.random.default_rng([design.seed, number, 1])
+    problem, draws, modes = (_full if design.full else _fast)(base, campaign, design, rng)
+    truth = kept(problem, campaign.z, campaign.problem)
+    sd = np.sqrt(np.diag(draws.covariance))
+    labels = problem.parameters.labels
+    return {
+        "number": number,
+        "campaign": _mark(campaign),
+        "refused": campaign.refused,
+        "good": bool(draws.good),
+        "ess": round(draws.ess, 1),
+        "pareto_k": None if draws.pareto_k is None else round(draws.pareto_k, 3),
+        "modes": modes,
+        "ranks": _rounded(ranks(problem, draws, truth, campaign.sensors, rng)),
+        "width": _rounded(dict(zip(labels, sd, strict=True))),
+        "error": _rounded(dict(zip(labels, (draws.mean - truth) / sd, strict=True))),
+        "shifted": _told_shift(problem, campaign, draws),
+    }
+
+
+def _mark(campaign: Campaign) -> str:
+    """What tells a campaign from others, whoever fits it."""
+    data = b"".join(np.asarray(piece.data).tobytes() for piece in campaign.problem.pieces)
+    return hashlib.sha256(data).hexdigest()[:16]
+
+
+class _Held:
+    """A spec that takes no part in what is remembered: text and places tell it apart."""
+
+    def __init__(self, spec: Spec):
+        self.spec = spec
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Held)
+
+    def __hash__(self) -> int:
+        return 0
+
+
+@lru_cache(maxsize=1)
+def _base(text: str, path: str, root: str, around: tuple, held: _Held) -> Base:  # noqa: ARG001
+    """The spec's own campaign, read once for all replicates of a process."""
+    return read_base(held.spec, dict(around))
+
+
+def _fast(
+    base: Base, campaign: Campaign, design: Design, rng: np.random.Generator
+) -> tuple[Problem, Weighted, int]:
+    """Weighted draws of the law around the optima near the truth and from a few prior starts."""
+    del base
+    problem = broken(campaign.problem, design.broken, campaign.z)
+    near = np.clip(kept(problem, campaign.z, campaign.problem), -FARTHEST, FARTHEST)
+    first = np.concatenate([near[None], rng.standard_normal((PRIOR_STARTS, len(near)))])
+    found = _without_colour(search_from(problem, first), problem, design)
+    draws = weighted(found.problem, propose(found, rng)[0], rng)
+    if not draws.good:
+        found = sharpened(found)
+        again = weighted(found.problem, propose(found, rng)[0], rng)
+        draws = max(draws, again, key=lambda one: (one.good, one.ess))
+    return found.problem, draws, len(found.optima)
+
+
+def _without_colour(found: Found, problem: Problem, design: Design) -> Found:
+    """A search whose problem takes correlated residuals for independent ones, where asked for."""
+    ignored = design.broken == "colour-ignored"
+    return dataclasses.replace(found, problem=problem) if ignored else found
+
+
+def _full(
+    base: Base, campaign: Campaign, design: Design, rng: np.random.Generator
+) -> tuple[Problem, Weighted, int]:
+    """Draws of the chain that the command makes, its search and its stopping rule included."""
+    seed = int(rng.integers(2**31))
+    spec = base.spec
+    options = Options(str(spec.path), None, seed, resume=False, quiet=True, as_json=False)
+    problem = broken(campaign.problem, design.broken, campaign.z)
+    with tempfile.TemporaryDirectory(prefix="rigid-") as folder:
+        done = calibrate(spec, campaign.records, problem, options, Path(folder))
+    chain = stack(done.draws.thinned(FULL_STEPS).z)
+    draws = of_chain(done.problem, chain.reshape(-1, chain.shape[-1]))
+    return done.problem, draws, len(done.found.optima)
+
+
+def _rounded(values: dict[str, float]) -> dict[str, float]:
+    return {name: round(float(value), DIGITS) for name, value in values.items()}
+
+
+def _told_shift(problem: Problem, campaign: Campaign, draws: Weighted) -> dict[str, Any] | None:
+    """What was drawn from elsewhere, and the errors that it leads to expect, in posterior sds.
+
+    Where the posterior is Gaussian, a truth that lies z prior sds from the centre moves the mean of
+    every parameter away from its truth by minus z times its covariance with that constant.
+    """
+    if campaign.shifted is None:
+        return None
+    label, by = campaign.shifted
+    covariance = draws.covariance
+    moved = -by * covariance[:, problem.parameters.index(label)] / np.sqrt(np.diag(covariance))
+    labels = problem.parameters.labels
+    return {"label": label, "by": by, "expected": _rounded(dict(zip(labels, moved, strict=True)))}
