@@ -139,8 +139,10 @@ def test_without_a_folder_nothing_is_kept(made):
 
 
 def test_what_nothing_needs_is_taken_away(tmp_path, made):
-    shelf = Shelf(tmp_path, {}, reads=True)
-    for names in (("search",), ()):
-        take(shelf, made, 1.0)
-        shelf.clear(*names)
-        assert list(tmp_path.iterdir()) == []
+    shelf = Shelf(tmp_path / "kept", {}, reads=True)
+    take(shelf, made, 1.0)
+    shelf.clear("search")
+    assert list(shelf.folder.iterdir()) == []
+    take(shelf, made, 1.0)
+    shelf.clear()
+    assert list(tmp_path.iterdir()) == []
