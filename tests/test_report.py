@@ -9,7 +9,9 @@ import fake_calibration as fake
 import pytest
 from markupsafe import Markup
 
+from rigid.effects import CATALOGUE
 from rigid.report import wording
+from rigid.report.calibration.for_paper import references
 from rigid.report.calibration.section import KIND
 from rigid.report.content import Answer, Check, Front, KeyNumber, Published
 from rigid.report.page import Section, read_section, rebuild, write_section
@@ -267,10 +269,12 @@ def test_a_cell_bears_the_heading_of_its_column_where_columns_have_no_room(page)
         '<tr><th scope="col">A &lt;b</th><th scope="col" class="n"><small>C</small></th></tr>'
         '<tr class="x"><th scope="row">1</th><td class="n">2 <b>3</b></td></tr>'
         '<tr><th scope="row">4</th><td></td></tr>'
+        '<tr><td>5</td><th scope="row">6</th></tr>'
     )
     made = labelled(table)
     assert '<td class="n" data-label="C"><span>2 <b>3</b></span></td>' in made
     assert "<td></td>" in made
+    assert '<td data-label="A &lt;b"><span>5</span></td><th scope="row">6</th>' in made
     cards = re.findall(r'<div class="scroll cards".*?</div>', page, flags=re.DOTALL)
     assert cards
     for card in cards:
@@ -296,6 +300,19 @@ def test_the_page_has_every_heading_that_a_reviewer_is_sent_to(tmp_path):
         for part in re.findall(r"\*([^*]+)\*", answered):
             assert part.lower() in html.lower(), part
     assert {"Uncertainty budget", "Convergence", "Provenance", "Checks of the result"} <= named
+
+
+def test_the_paper_is_cited_once_and_other_sources_each():
+    names = ("load-cell-spring", "oil-compressibility", "frequency-dependent-friction")
+    told = references([CATALOGUE[name] for name in names])
+    assert re.findall(r"(?m)^@misc\{(.*),$", told) == [
+        "rigid",
+        "rig-paper",
+        "frequency-dependent-friction",
+    ]
+    assert r"load cell spring: eq. (8); oil compressibility: eqs. (4), (5), (9);" in told
+    assert r"k\_oil" in told
+    assert "paper, eq" not in told
 
 
 def test_backticks_are_code_and_all_else_is_text():
