@@ -15,6 +15,7 @@ from rigid.inference.search import Found, Optimum
 from rigid.io.files import replacing
 from rigid.likelihood.correlation import Autoregression
 from rigid.likelihood.problem import Problem
+from rigid.likelihood.set_aside import without
 
 NAME = "search.npz"
 
@@ -36,12 +37,13 @@ def save(folder: Path, mark: Mapping[str, str], searched: Searched) -> None:
     arrays: dict[str, np.ndarray] = {
         "mark": np.array(json.dumps(dict(mark), sort_keys=True)),
         "levels": found.levels,
+        "aside": found.aside,
         "keys": np.array(json.dumps(list(found.correlation))),
         "times": np.array([a.time for a in found.correlation.values()]),
     }
     for i, one in enumerate(found.correlation.values()):
         arrays[f"coefficients_{i}"] = one.coefficients
-    for name in ("z", "standard", "covariance", "log_posterior", "reached"):
+    for name in ("z", "standard", "covariance", "log_posterior", "reached", "away"):
         arrays[f"optimum_{name}"] = np.stack([np.asarray(getattr(o, name)) for o in found.optima])
     for name in ("mean", "covariance_factor", "log_posterior"):
         arrays[f"law_{name}"] = np.stack([np.asarray(getattr(m, name)) for m in law.modes])
@@ -67,9 +69,9 @@ def load(folder: Path, mark: Mapping[str, str], problem: Problem) -> Searched | 
             key: Autoregression(arrays[f"coefficients_{i}"], float(arrays["times"][i]))
             for i, key in enumerate(keys)
         }
-        names = ("z", "standard", "covariance", "log_posterior", "reached")
+        names = ("z", "standard", "covariance", "log_posterior", "reached", "away")
         columns = zip(*(arrays[f"optimum_{name}"] for name in names), strict=True)
-        optima = tuple(Optimum(z, s, c, float(p), int(n)) for z, s, c, p, n in columns)
+        optima = tuple(Optimum(z, s, c, float(p), int(n), float(a)) for z, s, c, p, n, a in columns)
         columns = (arrays[f"law_{n}"] for n in ("mean", "covariance_factor", "log_posterior"))
         modes = tuple(Mode(m, f, float(p)) for m, f, p in zip(*columns, strict=True))
         law = MixtureProposal(modes, arrays["law_weights"], float(arrays["law_dof"]))
@@ -84,5 +86,6 @@ def load(folder: Path, mark: Mapping[str, str], problem: Problem) -> Searched | 
     except (OSError, KeyError, ValueError, BadZipFile):
         return None  # not there or damaged: the search runs again and ends in the same place
     levels = arrays["levels"]
-    known = weighted(problem, correlation)
-    return Searched(Found(known, optima, correlation, len(levels), levels), law, weights)
+    known = weighted(without(problem, arrays["aside"]), correlation)
+    found = Found(known, optima, correlation, len(levels), levels, arrays["aside"])
+    return Searched(found, law, weights)

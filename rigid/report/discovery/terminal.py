@@ -4,6 +4,7 @@ from typing import Any
 
 from rigid.plots.metrology import chance
 from rigid.report.discovery.compared import channel_of
+from rigid.report.taken import lines as lines_of_taken
 
 
 def table(made: dict[str, Any]) -> str:
@@ -27,6 +28,8 @@ def table(made: dict[str, Any]) -> str:
         )
         for other in step["alternatives"]:
             lines.append(f"   or {other['effect']} (probability {chance(other['probability'], 2)})")
+        for one in step["refused"]:
+            lines.append(f"   {one['effect']} is not named: {one['why']}")
         for label, found in step["parameters"].items():
             lines.append(
                 f"   {label} = {found['median']:.4g} ({found['q05']:.4g} to {found['q95']:.4g}) "
@@ -44,4 +47,7 @@ def table(made: dict[str, Any]) -> str:
         if step["spec"]:
             lines.append(f"   spec with it: {step['spec']}")
     lines.append(f"gap: {made['gap']['initial']:.4f} -> {made['gap']['final']:.4f}")
+    lines += lines_of_taken(made)
+    failed = (f"{c['name']}: {c['says']}" for c in made["checks"] if not c["ok"])
+    lines += [f"must not be used as it stands: {one}" for one in failed]
     return "\n".join(lines) + "\n"
