@@ -31,7 +31,8 @@ LONGEST_LINE = 4000
 
 
 class Outcome(NamedTuple):
-    """What became of an input: "taken", "refused", or a fault in words; and the seconds it took."""
+    """What became of an input: "taken", "refused", or a fault in words; and the seconds of the
+    processor that it took."""
 
     what: str
     seconds: float
@@ -239,14 +240,14 @@ def outcome(subject: str, seed: int, folder: Path) -> Outcome:
 
 def tried(subject: str, content: bytes, folder: Path) -> Outcome:
     """Have bytes read; what is neither taken nor refused in a sentence is a fault."""
-    began = time.perf_counter()
+    began = time.process_time()
     try:
         what = taken(subject, content, folder)
     except InputError as refusal:
         what = "refused" if is_sentence(str(refusal), folder) else f"no sentence: {refusal}"[:300]
     except Exception as error:  # whatever else comes is what is looked for
         what = f"{type(error).__name__}: {error}"[:300]
-    return Outcome(what, time.perf_counter() - began)
+    return Outcome(what, time.process_time() - began)
 
 
 def is_sentence(text: str, folder: Path) -> bool:

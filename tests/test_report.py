@@ -1,10 +1,12 @@
 """The page: well formed, self-contained, deterministic, honest about simulation, escaped."""
 
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import fake_calibration as fake
 import pytest
+from markupsafe import Markup
 
 from rigid.report import wording
 from rigid.report.calibration.section import KIND
@@ -12,6 +14,7 @@ from rigid.report.content import Answer, Check, Front, KeyNumber, Published
 from rigid.report.page import Section, read_section, rebuild, write_section
 from rigid.report.section import section, write_report
 from rigid.report.symbols import symbol_html
+from rigid.report.templating import labelled, prose
 
 VOID = {"meta", "br", "link", "img", "hr", "input"}
 
@@ -149,11 +152,12 @@ def test_the_spec_stands_there_verbatim(page):
 def test_a_failed_check_is_the_first_thing_said(tmp_path):
     checks = (Check("ess", True, "fine"), Check("r_hat", False, "1.12 where 1.01 is allowed"))
     front = Front("What is it?", "bad", wording.verdict(False, checks), (checks[1].says,))
+    front = replace(front, answers=(Answer("k", "1 N/m"),))
     html = written(small(usable=False, checks=checks, front=front), tmp_path)
     assert "Not usable as it stands: r_hat failed." in html
     assert 'class="front bad"' in html
     assert "Not to be quoted" in html
-    assert html.index("1.12 where 1.01 is allowed") < html.index("Key numbers</h3>")
+    assert html.index("1.12 where 1.01 is allowed") < html.index('class="answers"')
 
 
 @pytest.mark.parametrize(
@@ -174,8 +178,8 @@ def test_readings_place_published_values():
     published = (Published(0.5, "x"), Published(1.0, "y"), Published(2.0, "z"))
     number = KeyNumber("a", "a", "-", 1.0, 0.1, 0.8, 1.2, published)
     assert wording.reading(number) == (
-        "0.5 lies below the 90 % interval; 1 lies within the 90 % interval; "
-        "2 lies above the 90 % interval."
+        "0.5 (x) lies below the interval; 1 (y) lies within the interval; "
+        "2 (z) lies above the interval."
     )
 
 
@@ -253,4 +257,25 @@ def test_symbols(tex, html):
 
 
 def test_the_section_stands_without_a_page():
-    assert section(KIND, small()).html.count("<h3") == 8
+    assert section(KIND, small()).html.count("<h3 id=") == 7
+
+
+def test_a_cell_bears_the_heading_of_its_column_where_columns_have_no_room(page):
+    table = Markup(
+        '<tr><th scope="col">A &lt;b</th><th scope="col" class="n"><small>C</small></th></tr>'
+        '<tr class="x"><th scope="row">1</th><td class="n">2 <b>3</b></td></tr>'
+        '<tr><th scope="row">4</th><td></td></tr>'
+    )
+    made = labelled(table)
+    assert '<td class="n" data-label="C"><span>2 <b>3</b></span></td>' in made
+    assert "<td></td>" in made
+    cards = re.findall(r'<div class="scroll cards".*?</div>', page, flags=re.DOTALL)
+    assert cards
+    for card in cards:
+        heads = len(re.findall('<th scope="col"', card))
+        for row in re.findall(r"<tr>(.*?)</tr>", card, flags=re.DOTALL)[1:]:
+            assert row.count("<td") == heads - 1
+
+
+def test_backticks_are_code_and_all_else_is_text():
+    assert prose("run `rigid <fit>` & see") == "run <code>rigid &lt;fit&gt;</code> &amp; see"

@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 # Columns a panel has on paper; more points than four a column cannot be told apart.
-COLUMNS = 240
+COLUMNS = 160
 
 
 def line_points(values: Float[np.ndarray, " n"]) -> Int[np.ndarray, " kept"]:

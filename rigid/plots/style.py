@@ -12,6 +12,7 @@ from matplotlib.mathtext import MathTextParser
 # Okabe & Ito (2008), colour universal design.
 BLUE, VERMILION, GREEN = "#0072B2", "#D55E00", "#009E73"
 RED = "#B00020"  # of what somebody printed, and of nothing else; darker than vermilion
+PRINTED = "osD^vP*X"  # marks of what somebody printed, in the order of the values
 ORANGE, SKY, PURPLE = "#E69F00", "#56B4E9", "#B05C8E"
 INK, GREY, PALE = "#1f2933", "#6b7280", "#d3d8de"
 ENSEMBLES = (BLUE, VERMILION, GREEN, ORANGE, SKY, PURPLE, INK, GREY)

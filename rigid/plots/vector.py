@@ -10,6 +10,7 @@ from rigid.plots.style import house_style
 
 _REFERENCE = re.compile(r'(?:url\(#|href="#)([^)"]+)')
 _COORDINATE = re.compile(r"-?\d+\.\d{3,}")
+_BREAK = re.compile(r" *\n?([MLCQzZ]) *")
 _GEOMETRY = re.compile(r'(?<= )(?:d|x|y|points|transform)="[^"]*"')
 
 
@@ -37,10 +38,11 @@ def svg(figure: Figure, key: str) -> str:
 
 
 def _shorter(found: re.Match[str]) -> str:
-    """Coordinates to a hundredth of a point; the rest was never visible."""
+    """Coordinates to a hundredth of a point, which nobody sees beyond, and no blank too many."""
     if "scale(" in found[0] or "matrix(" in found[0]:
         return found[0]
-    return _COORDINATE.sub(lambda number: f"{float(number[0]):.2f}", found[0])
+    text = _COORDINATE.sub(lambda number: f"{float(number[0]):.2f}", found[0])
+    return _BREAK.sub(r"\1", text)
 
 
 def _own_ids(text: str, key: str) -> str:

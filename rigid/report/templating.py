@@ -1,16 +1,46 @@
 """The templates of the page: HTML-escaped, strict about names, with the page's number formats."""
 
-from functools import cache
+import re
+from functools import cache, partial
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup, escape
 
 from rigid.plots import metrology
 from rigid.report.sparks import interval_bars
 from rigid.report.symbols import symbol_html
-from rigid.report.wording import main_form, reading
 
 FOLDER = Path(__file__).parent
+_TAG = re.compile(r"<[^>]*>")
+_HEAD = re.compile(r'<th scope="col"[^>]*>(.*?)</th>', re.DOTALL)
+_ROW = re.compile(r"<tr.*?</tr>", re.DOTALL)
+_CELL = re.compile(r"<td([^>]*)>(.*?)</td>", re.DOTALL)
+_CODE = re.compile(r"`([^`]+)`")
+
+
+def labelled(table: Markup) -> Markup:
+    """A table whose cells bear the heading of their column, for pages too narrow for columns.
+
+    - `table`: rows of a `<th scope="row">` and a `<td>` for each further column.
+    """
+    heads = [_TAG.sub("", head).strip() for head in _HEAD.findall(table)]
+    return Markup(_ROW.sub(partial(_labelled_row, heads), str(table)))
+
+
+def _labelled_row(heads: list[str], row: re.Match[str]) -> str:
+    columns = iter(heads[1:])
+
+    def cell(found: re.Match[str]) -> str:
+        label, (look, text) = next(columns), found.groups()
+        return f'<td{look} data-label="{label}"><span>{text}</span></td>' if text else found[0]
+
+    return _CELL.sub(cell, row[0])
+
+
+def prose(text: str) -> Markup:
+    """A sentence with what stands between backticks as code; all else is text."""
+    return Markup(_CODE.sub(r"<code>\1</code>", str(escape(text))))
 
 
 @cache
@@ -34,8 +64,8 @@ def environment() -> Environment:
         "duration": metrology.duration,
         "symbol": symbol_html,
         "bars": interval_bars,
-        "main_form": main_form,
-        "reading": reading,
+        "labelled": labelled,
+        "prose": prose,
     }
     made.globals |= {
         "estimate": metrology.estimate,

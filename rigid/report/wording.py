@@ -42,11 +42,11 @@ def main_form(number: KeyNumber) -> str:
 
 
 def reading(number: KeyNumber) -> str:
-    """What the number says, in one sentence: its own, or where published values lie."""
+    """What the number says: its own sentence, or where published values lie about its interval."""
     if number.reading or not number.published:
         return number.reading
     parts = [
-        f"{metrology.exact(value.value, number.unit)} {_place(value.value, number)}"
+        f"{metrology.exact(value.value, number.unit)} ({value.place}) {_place(value.value, number)}"
         for value in number.published
     ]
     text = "; ".join(parts)
@@ -55,7 +55,7 @@ def reading(number: KeyNumber) -> str:
 
 def _place(value: float, number: KeyNumber) -> str:
     if value < number.q05:
-        return "lies below the 90 % interval"
+        return "lies below the interval"
     if value > number.q95:
-        return "lies above the 90 % interval"
-    return "lies within the 90 % interval"
+        return "lies above the interval"
+    return "lies within the interval"

@@ -7,7 +7,7 @@ import numpy as np
 
 from rigid.inference.alternatives import Alternative
 from rigid.inference.calibrate import Calibrated
-from rigid.plots.metrology import median_and_interval, significant
+from rigid.plots import metrology
 from rigid.plots.shown import FrictionCurve
 from rigid.report import wording
 from rigid.report.calibration.budget import silent
@@ -25,7 +25,8 @@ NEXT = {
     "something that pulls it away; `rigid discover` on this spec says what could be missing.",
     "mode weights": "The weights of the modes are not reliable: take a record that tells the modes "
     "apart, or narrow the prior that admits them.",
-    "solver": "The fast solver's error matters here: let the spec take the reference solver.",
+    "solver": "The fast solver's error matters here: take diffrax in its place, "
+    '`[solve] method = "diffrax"` in the spec; it is slower.',
 }
 """What to do when a check fails, by its name."""
 
@@ -67,18 +68,21 @@ def passed(checks: Sequence[Check]) -> tuple[str, ...]:
 
 def answer(number: KeyNumber, choices: Sequence[Alternative]) -> Answer:
     """A key number with its uncertainty, and beside it what another choice makes of it."""
+    value = wording.main_form(number)
     said = wording.reading(number)
+    if "±" in value:
+        ends = metrology.interval(number.q05, number.q95, number.unit)
+        said = f"90 % interval {ends}. {said}"
+    elif not number.range:
+        value = metrology.median_and_interval((number.q05, number.median, number.q95), number.unit)
     others = [
-        f"{median_and_interval((c.q05, c.median, c.q95), c.unit)} if {c.label} (eq. 15)"
+        f"{metrology.median_and_interval((c.q05, c.median, c.q95), c.unit)} if {c.label} (eq. 15)"
         for c in choices
         if not c.used and c.symbol == number.symbol
     ]
     if others:
-        said = " ".join([said, f"No record settles the frame: {'; '.join(others)}."]).strip()
-    value = wording.main_form(number)
-    if "±" not in value and not number.range:
-        value = median_and_interval((number.q05, number.median, number.q95), number.unit)
-    return Answer(number.label, value, said, number.symbol)
+        said = f"{said.strip()} No record settles the frame: {'; '.join(others)}."
+    return Answer(number.label, value, said.strip(), number.symbol)
 
 
 def nothing_learned(done: Calibrated) -> tuple[str, ...]:
@@ -98,8 +102,8 @@ def unheard(curve: FrictionCurve | None) -> tuple[str, ...]:
     edges = np.flatnonzero(np.diff(curve.informed.astype(int)))
     bounds = [0, *(edges + 1), len(curve.frequency)]
     stretches = [
-        f"{significant(float(curve.frequency[first]), 'Hz', 2)} to "
-        f"{significant(float(curve.frequency[last - 1]), 'Hz', 2)}"
+        f"{metrology.significant(float(curve.frequency[first]), 'Hz', 2)} to "
+        f"{metrology.significant(float(curve.frequency[last - 1]), 'Hz', 2)}"
         for first, last in itertools.pairwise(bounds)
         if not curve.informed[first]
     ]
@@ -109,6 +113,6 @@ def unheard(curve: FrictionCurve | None) -> tuple[str, ...]:
 def unsettled(choices: Sequence[Alternative]) -> tuple[str, ...]:
     """Choices that no record settles."""
     return tuple(
-        f"Whether {question} are {' or '.join(dict.fromkeys(c.label for c in choices))}."
+        f"Which {question}: {', or '.join(dict.fromkeys(c.label for c in choices))}."
         for question in dict.fromkeys(c.question for c in choices)
     )

@@ -119,15 +119,14 @@ def _of_the_rig(done: Calibrated) -> tuple[page.KeyNumber, ...]:
     out += frictions(friction_at(done), published_frictions(ours))
     for base, worded in (("kappa", "valve open"), ("kappa_tank", "valve to the tank")):
         listed = [done.values[p.label] for p in sampled if p.base == base]
-        out += flow_fractions(worded, listed, ours)
+        out += flow_fractions(worded, listed, ours and base == "kappa")
     return tuple(out)
 
 
 def flow_fractions(worded: str, found: Sequence[np.ndarray], ours: bool) -> list[page.KeyNumber]:
     """Flow fractions of all valve settings of a sort in one row; none where there are none.
 
-    - `worded`: which settings. - `found`: draws of each. - `ours`: whether the rig is that of the
-      paper.
+    - `worded`: which settings. - `found`: draws of each. - `ours`: whether the paper gives some.
     """
     if not found:
         return []
@@ -145,7 +144,7 @@ def flow_fractions(worded: str, found: Sequence[np.ndarray], ours: bool) -> list
             q05=min(low for low, _, _ in ends),
             q95=max(high for _, _, high in ends),
             range=f"{low} to {high}",
-            reading=f"{number.reading}; all of them stand under Parameters",
+            reading=f"{number.reading}; each stands under Parameters",
         )
     ]
 

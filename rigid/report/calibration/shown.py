@@ -9,7 +9,7 @@ from rigid.inference.friction_curve import FREQUENCIES
 from rigid.likelihood.correlation import autocovariance
 from rigid.physics.characteristic import PUBLISHED_RIG, TwoMassRig, dimensionless, roots
 from rigid.physics.sensors import UNITS
-from rigid.plots import shown
+from rigid.plots import metrology, shown
 from rigid.report.paper_values import (
     FRICTION,
     of_the_paper,
@@ -173,13 +173,16 @@ def roots_shown(done: Calibrated) -> shown.Roots | None:
         for i in range(len(v["k_LC"]))
     ]
     cloud = [_roots(rig, float(m)) for rig, m in zip(rigs, mu[::every], strict=True)]
-    marks = tuple((f"{p.value:.3g} N s/m", _roots(PUBLISHED_RIG, p.value)) for _, p in FRICTION)
+    marks = tuple(
+        (f"{metrology.exact(p.value, 'N s/m')}, {p.place}", _roots(PUBLISHED_RIG, p.value))
+        for _, p in FRICTION
+    )
     return shown.Roots(
         paths,
         (0.0, float(dimensionless(PUBLISHED_RIG, MOST_MU).epsilon)),
         _roots(PUBLISHED_RIG, 0.0),
         marks,
-        ("posterior, Re mu at 80 Hz", np.concatenate(cloud)),
+        ("posterior, Re μ at 80 Hz", np.concatenate(cloud)),
     )
 
 

@@ -85,7 +85,7 @@ def corner_figure(draws: Draws, simulated: bool) -> Figure:
                     None if mark is None else mark * factor
                     for mark, factor in zip(draws.marks, factors, strict=True)
                 ],
-                **_look(),
+                **_look((0.99 * size - 0.95) / len(labels)),
             )
         finally:
             logging.getLogger("root").removeFilter(_quiet)
@@ -107,7 +107,8 @@ def _range(values: np.ndarray) -> tuple[float, float]:
     return float(low - margin), float(high + margin)
 
 
-def _look() -> dict:
+def _look(panel: float) -> dict:
+    """How panels `panel` inches wide look; names lie 0.6 inches from the axes, beyond the ticks."""
     return {
         "bins": _BINS,
         "smooth": 1.2,
@@ -118,7 +119,7 @@ def _look() -> dict:
         "plot_density": False,
         "fill_contours": True,
         "max_n_ticks": 3,
-        "labelpad": 0.08,
+        "labelpad": 0.6 / panel - 0.3,  # corner counts from 0.3 panels below an axis
         "hist_kwargs": {"linewidth": 1.1},
         "contour_kwargs": {"linewidths": 0.9},
         "label_kwargs": {"fontsize": 9},

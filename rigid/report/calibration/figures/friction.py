@@ -12,14 +12,22 @@ from matplotlib.patches import Patch
 
 from rigid.plots.figure import Columns, Drawn
 from rigid.plots.shown import QUANTILES, FrictionCurve
-from rigid.plots.style import BLUE, GREEN, GREY, RED, house_style, new_figure, panel_title
+from rigid.plots.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    PRINTED,
+    RED,
+    house_style,
+    new_figure,
+    panel_title,
+)
 from rigid.report.content import CalibrationContent
 
 PLACE = "friction"
 
 _HEIGHT = 5.0
 _LOWEST, _HIGHEST = 1e-2, 1e3
-_MARKERS = "osD^vP*X"
 
 
 def drawn(content: CalibrationContent) -> Iterator[Drawn]:
@@ -140,7 +148,7 @@ def _magnitude(axes: Axes, curve: FrictionCurve) -> None:
     for edge in _positive(curve.prior_magnitude[[0, 4]]):
         axes.plot(curve.frequency, edge, color=GREY, linewidth=0.9, linestyle=(0, (4, 2)))
     _bands(axes, curve, curve.magnitude)
-    for marker, (frequency, value, _) in zip(_MARKERS, curve.published, strict=False):
+    for marker, (frequency, value, _) in zip(PRINTED, curve.published, strict=False):
         at_rest = frequency is None
         place = _LOWEST if at_rest else frequency
         axes.plot(
@@ -171,7 +179,7 @@ def _excited(axes: Axes, curve: FrictionCurve) -> None:
 
 def _legend(curve: FrictionCurve) -> list[Line2D | Patch]:
     marks = []
-    for marker, (frequency, _, label) in zip(_MARKERS, curve.published, strict=False):
+    for marker, (frequency, _, label) in zip(PRINTED, curve.published, strict=False):
         where = ", steady (at left edge)" if frequency is None else f", {frequency:g} Hz"
         style = {"color": RED, "linestyle": "", "markersize": 6}
         marks.append(Line2D([], [], marker=marker, label=label + where, **style))

@@ -20,8 +20,13 @@ from rigid.report.content import CalibrationContent
 PLACE = "fit"
 
 _HEIGHT = 3.6
-_READING = "#9aa5b1"
+_READING = 0.55  # opacity: readings lie over the fit, which shows through
 _POSITIONS = {"open": "valve open", "shut": "valve shut", "tank": "valve to tank"}
+_READ_SO = (
+    " Above: readings and what the posterior says the sensors should read. Bands hold 50 and 90 % "
+    "of the posterior. Below: residual one step ahead, divided by the noise on the sensor's sheet; "
+    "grey: ± 2. The same in the figures of the other records."
+)
 # Below this count each sample is a dot; above it the dots run together and a line says the same.
 _DOTS_UP_TO = 300
 # A valve position narrower than this share of the record is left to the legend.
@@ -33,16 +38,15 @@ def drawn(content: CalibrationContent) -> Iterator[Drawn]:
     groups: dict[tuple[str, str], list[ChannelFit]] = {}
     for channel in content.fits:
         groups.setdefault((channel.record, channel.cylinder), []).append(channel)
-    for (record, cylinder), channels in groups.items():
+    for number, ((record, cylinder), channels) in enumerate(groups.items()):
         quantities = ", ".join(channel.quantity for channel in channels)
         yield Drawn(
             re.sub(r"[^A-Za-z0-9]+", "-", f"record-{record}-{cylinder}"),
             record_figure(channels, content.simulated),
-            f"Record {record}, cylinder {cylinder} ({channels[0].kind}). Above: readings and what "
-            "the posterior says the sensors should read. Bands hold 50 and 90 % of the "
-            "posterior. Below: residual one step ahead, divided by the noise on the sensor's "
-            "sheet; grey: ± 2.",
-            f"Readings, posterior prediction and residuals of {quantities}, record {record}",
+            f"Record {record}, cylinder {cylinder} ({channels[0].kind})."
+            f"{'' if number else _READ_SO}",
+            f"Readings, posterior prediction and residuals of {quantities}, record {record}, "
+            f"cylinder {cylinder}",
             numbers(channels),
         )
 
@@ -91,17 +95,17 @@ def _fit_panel(axes: Axes, channel: ChannelFit, time_factor: float) -> None:
     factor, unit = metrology.axis(channel.data, channel.unit)
     time, data = channel.time * time_factor, channel.data * factor
     if time.size <= _DOTS_UP_TO:
-        axes.plot(time, data, ".", color=GREY, markersize=3, zorder=1)
+        axes.plot(time, data, ".", color=GREY, markersize=3, zorder=4)
     else:
         kept = line_points(data)
-        axes.plot(time[kept], data[kept], color=_READING, linewidth=0.8, zorder=1)
+        axes.plot(time[kept], data[kept], color=INK, linewidth=0.5, alpha=_READING, zorder=4)
     q05, q25, median, q75, q95 = channel.quantiles * factor
     for low, high, alpha in ((q05, q95, 0.22), (q25, q75, 0.38)):
         axes.fill_between(
             *band_points(time, low, high), color=BLUE, alpha=alpha, linewidth=0, zorder=2
         )
     kept = line_points(median)
-    axes.plot(time[kept], median[kept], color=BLUE, linewidth=0.9, zorder=3)
+    axes.plot(time[kept], median[kept], color=BLUE, linewidth=1.6, zorder=3)
     axes.set_ylabel(f"{channel.quantity} [{unit}]")
     axes.set_xlim(time[0], time[-1])
     axes.tick_params(labelbottom=False)
@@ -145,14 +149,13 @@ def _valve_bar(axes: Axes, channel: ChannelFit, time_factor: float) -> None:
 
 
 def _legend(channels: Sequence[ChannelFit]) -> list[Line2D | Patch]:
-    dots = channels[0].time.size <= _DOTS_UP_TO
-    look = {"marker": ".", "linestyle": ""} if dots else {}
-    sensor = Line2D([], [], color=GREY if dots else _READING, label="sensor")
-    sensor.set(**look)
+    sensor = Line2D([], [], color=INK, linewidth=0.7, label="sensor")
+    if channels[0].time.size <= _DOTS_UP_TO:
+        sensor.set(color=GREY, marker=".", linestyle="")
     positions = [p for p in VALVE if any(p == said for c in channels for _, said in c.valve)]
     return [
         sensor,
-        Line2D([], [], color=BLUE, label="posterior median"),
+        Line2D([], [], color=BLUE, linewidth=1.6, label="posterior median"),
         Patch(facecolor=(*to_rgb(BLUE), 0.5), edgecolor=BLUE, linewidth=0.6, label="50 % band"),
         Patch(facecolor=(*to_rgb(BLUE), 0.22), edgecolor=BLUE, linewidth=0.6, label="90 % band"),
         Patch(facecolor=PALE, edgecolor=GREY, linewidth=0.6, label="± 2"),

@@ -37,12 +37,13 @@ def drawn(content: CalibrationContent) -> Iterator[Drawn]:
     yield Drawn(
         "residuals",
         residuals_figure(content.fits, content.simulated),
-        "Residuals of all channels, one line each. Left: autocorrelation of readings less the "
-        "posterior median; middle: of the residuals one step ahead, which the noise model takes "
-        "for independent. Both are divided by 1/√n, the standard error where nothing is "
-        "correlated: of independent residuals 19 in 20 lie in the grey band. Right: quantiles of "
-        "the residuals one step ahead, over their own standard deviation, against those of a "
-        "normal law; rounding makes steps.",
+        "Residuals of all channels. Shaded: from the least to the greatest of the channels of a "
+        "quantity; line: the channel that goes farthest. Left: autocorrelation of readings less "
+        "the posterior median; middle: of the residuals one step ahead, which the noise model "
+        "takes for independent. Both are divided by 1/√n, the standard error where nothing is "
+        "correlated: of independent residuals 19 in 20 lie in the grey band. Right, a line a "
+        "channel: quantiles of the residuals one step ahead, over their own standard deviation, "
+        "against those of a normal law; rounding makes steps.",
         "Autocorrelation before and after the noise model, and normal quantiles, of all channels",
         numbers(content.fits),
     )
@@ -85,12 +86,21 @@ def _colour(quantity: str) -> str:
 
 def _correlation(axes: Axes, fits: Sequence[ChannelFit], row: int) -> None:
     axes.axhspan(-2, 2, color=PALE, alpha=0.6, linewidth=0)
-    for one in fits:
-        values = one.autocorrelation[row] * np.sqrt(one.time.size)
-        axes.plot(
-            np.arange(1, 1 + values.size), values, color=_colour(one.quantity), linewidth=0.7,
-            marker=".", markersize=2,
-        )  # fmt: skip
+    lag = np.arange(1, 1 + fits[0].autocorrelation.shape[1])
+    for quantity in dict.fromkeys(one.quantity for one in fits):
+        values = np.array(
+            [
+                one.autocorrelation[row] * np.sqrt(one.time.size)
+                for one in fits
+                if one.quantity == quantity
+            ]
+        )
+        color = _colour(quantity)
+        axes.fill_between(
+            lag, values.min(axis=0), values.max(axis=0), color=color, alpha=0.15, linewidth=0
+        )
+        worst = values[np.abs(values).max(axis=1).argmax()]
+        axes.plot(lag, worst, color=color, linewidth=0.8)
     axes.set_xlabel("lag [samples]")
     axes.set_ylabel("autocorrelation / standard error [1]")
 

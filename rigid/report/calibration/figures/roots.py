@@ -8,12 +8,11 @@ from matplotlib.figure import Figure
 
 from rigid.plots.figure import Columns, Drawn
 from rigid.plots.shown import Roots
-from rigid.plots.style import BLUE, GREY, INK, ORANGE, PURPLE, VERMILION, house_style, new_figure
+from rigid.plots.style import BLUE, GREY, PRINTED, RED, house_style, new_figure
 from rigid.report.content import CalibrationContent
 
 PLACE = "friction"
 
-_MARKS = (("s", VERMILION), ("D", PURPLE), ("^", ORANGE), ("v", INK))
 _HEIGHT = 4.2
 # Roots far up the imaginary axis would flatten the rest; the paper leaves them out as well.
 _HIGHEST = 3.0
@@ -54,7 +53,7 @@ def roots_figure(roots: Roots, simulated: bool) -> Figure:
         figure = new_figure(_HEIGHT, simulated)
         axes = figure.add_subplot()
         low, high = roots.damping_range
-        label = rf"damping $\varepsilon$ from {low:g} to {high:g}"
+        label = rf"damping $\varepsilon$ from {low:.3g} to {high:.3g}"
         paths = _followed(roots.paths)
         for path in paths:
             axes.plot(np.real(path), np.imag(path), color=GREY, linewidth=0.9, label=label)
@@ -77,16 +76,19 @@ def roots_figure(roots: Roots, simulated: bool) -> Figure:
             markersize=7,
             label="no damping",
         )
-        for (marker, color), (name, values) in zip(_MARKS, roots.marks, strict=False):
+        for marker, (name, values) in zip(PRINTED, roots.marks, strict=False):
             axes.plot(
-                np.real(values), np.imag(values), marker, color=color, markersize=5, label=name
+                *(np.real(values), np.imag(values), marker),
+                color=RED,
+                markersize=5,
+                label=name,
             )
         axes.axhline(0, color=GREY, linewidth=0.5, zorder=0)
         axes.axvline(0, color=GREY, linewidth=0.5, zorder=0)
         reach = 1.15 * float(np.abs(np.real(roots.paths)).max())
         axes.set(xlim=(-reach, reach), ylim=(-0.08, min(_HIGHEST, _top(roots))))
         axes.set(xlabel="Re y = Re ω / ω₀ [1]", ylabel="Im y = Im ω / ω₀ [1]")
-        axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), borderaxespad=0)
+        figure.legend(loc="outside lower center", ncols=3)
     return figure
 
 
