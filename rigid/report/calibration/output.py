@@ -26,7 +26,6 @@ from rigid.inference.summary import Check, Cost, Gap, ParameterRow, Result, summ
 from rigid.io.provenance import versions
 from rigid.likelihood.set_aside import listed
 from rigid.report.paper_values import of_the_paper, published
-from rigid.report.taken import lines as lines_of_taken
 from rigid.report.taken import taken
 from rigid.report.usability import optimum, residuals
 from rigid.spec import Spec
@@ -246,7 +245,6 @@ def printed(found: Result, folder: Path, as_json: bool) -> str:
         lines.append(
             f"{row.name:32}{row.unit:8}{s.median:12.5g}{s.q05:12.5g}{s.q95:12.5g}{ess}{r_hat}"
         )
-    lines += lines_of_taken(found.taken)
     note = "simulated data; " if found.simulated else ""
     verdict = "is usable" if found.usable else "must not be used as it stands"
     lines.append(f"{note}gap {found.gap.overall:.3f} (1 is the floor); the result {verdict}")

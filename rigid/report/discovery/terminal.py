@@ -4,7 +4,6 @@ from typing import Any
 
 from rigid.plots.metrology import chance
 from rigid.report.discovery.compared import channel_of
-from rigid.report.taken import lines as lines_of_taken
 
 
 def table(made: dict[str, Any]) -> str:
@@ -47,7 +46,4 @@ def table(made: dict[str, Any]) -> str:
         if step["spec"]:
             lines.append(f"   spec with it: {step['spec']}")
     lines.append(f"gap: {made['gap']['initial']:.4f} -> {made['gap']['final']:.4f}")
-    lines += lines_of_taken(made)
-    failed = (f"{c['name']}: {c['says']}" for c in made["checks"] if not c["ok"])
-    lines += [f"must not be used as it stands: {one}" for one in failed]
     return "\n".join(lines) + "\n"

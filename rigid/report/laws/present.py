@@ -10,7 +10,6 @@ from rigid.localfit.scatter import CAMPAIGNS
 from rigid.plots import metrology
 from rigid.report.content import BAD, GOOD, RESERVE, Answer, Check, Front, Provenance
 from rigid.report.laws.section import LawsContent, LawShown
-from rigid.report.taken import lines as lines_of_taken
 from rigid.report.taken import sentences
 from rigid.spec import Spec
 
@@ -164,5 +163,4 @@ def table(made: dict[str, Any]) -> str:
     if made["next_record"] is not None:
         record = made["next_record"]
         lines.append(f"next record: {record['record']} ({record['apart']:.1f}; {PARTED} parts two)")
-    lines += lines_of_taken(made)
     return "\n".join(lines) + "\n"
