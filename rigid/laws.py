@@ -25,7 +25,7 @@ def compare_laws(options: Options) -> int:
     from rigid.study.study import Study
 
     folder = options.folder(spec.path)
-    found = Study(spec).laws(folder, seed=options.seed, quiet=options.quiet)
+    found = Study(spec).laws(folder, seed=options.seed, resume=options.resume, quiet=options.quiet)
     sys.stdout.write(found.json() if options.as_json else found.table())
     for check in found.result["checks"]:
         if not check["ok"]:

@@ -10,6 +10,7 @@ import weakref
 from pathlib import Path
 from types import SimpleNamespace
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from rigs import MEMORY, NOMINAL, effects
 
 from rigid.bands import bands
 from rigid.inference.posterior import save_posterior
+from rigid.io.cache import Shelf
 from rigid.io.cli import Options
 from rigid.io.errors import InputError
 from rigid.physics.rig import build_rig
@@ -28,14 +30,14 @@ from rigid.smoothing.budget import Line
 from rigid.smoothing.events import Fall, Turn, falls, turns
 from rigid.smoothing.field import BLOCK, Field, read_fields
 from rigid.smoothing.finished import Finished
-from rigid.smoothing.kalman import Filtered, Shown, Smoothed
+from rigid.smoothing.kalman import Backward, Filtered, Shown, Smoothed
 from rigid.smoothing.latent import calm
 from rigid.smoothing.laws import Law, read_law, read_laws
 from rigid.smoothing.learning import Learned, Sheet
 from rigid.smoothing.model import Calibration
 from rigid.smoothing.run import Band, Bands, Way
 from rigid.smoothing.run import bands as run_bands
-from rigid.smoothing.smoother import Draws
+from rigid.smoothing.smoother import Draws, Keeping
 from rigid.spec import load_spec
 
 EFFECTS = ", ".join(f'"{name}"' for name in MEMORY)
@@ -270,17 +272,13 @@ def test_a_shut_valve_is_no_negative_zero():
 
 def test_what_was_learned_comes_back_as_it_was(tmp_path):
     _, learned = known_by_hand(np.arange(8.0), np.zeros(8))
-    under = ((learned,), (learned._replace(bound=2.0),))
-    path = tmp_path / "press.npz"
-    kept.save(path, "mark", under)
-    found = kept.load(path, "mark", 1)
-    assert [one.bound for (one,) in found] == [0.0, 2.0]
-    np.testing.assert_array_equal(found[0][0].movement.rate, learned.movement.rate)
-    np.testing.assert_array_equal(found[0][0].mean, learned.mean)
-    assert found[0][0].movement.steps == learned.movement.steps
-    assert kept.load(path, "other", 1) == ()
-    path.write_bytes(path.read_bytes()[:100])
-    assert kept.load(path, "mark", 1) == ()
+    shelf = Shelf(tmp_path, reads=True)
+    shelf.put("learned", (learned._replace(bound=2.0),))
+    (found,) = shelf.read("learned", kept.LEARNED)
+    assert found.bound == 2.0
+    np.testing.assert_array_equal(found.movement.rate, learned.movement.rate)
+    np.testing.assert_array_equal(found.mean, learned.mean)
+    assert found.movement.steps == learned.movement.steps
 
 
 def test_a_test_that_is_done_comes_back_as_it_was(tmp_path):
@@ -295,12 +293,9 @@ def test_a_test_that_is_done_comes_back_as_it_was(tmp_path):
         sha256={"press,A": "ab"},
         figures=(Illustration("fig-bands-press", "<svg/>", "caption", "alt"),),
     )
-    path = tmp_path / "press.json"
-    kept.save_finished(path, "mark", done)
-    assert kept.load_finished(path, "mark") == done
-    assert kept.load_finished(path, "other") is None
-    path.write_bytes(path.read_bytes()[:100])
-    assert kept.load_finished(path, "mark") is None
+    shelf = Shelf(tmp_path, reads=True)
+    shelf.put("finished", done)
+    assert shelf.read("finished", kept.FINISHED) == done
 
 
 def test_another_seed_record_or_law_is_another_run():
@@ -314,7 +309,7 @@ def test_another_seed_record_or_law_is_another_run():
         kept.mark([field], [dataclasses.replace(law, weight=0.5)], 1),
         kept.mark([field], [dataclasses.replace(law, values={"k_LC": np.zeros(3)})], 1),
     ]
-    assert len({first, *others}) == 5
+    assert len({tuple(one.items()) for one in (first, *others)}) == 5
 
 
 # What is held while a run goes on
@@ -373,6 +368,8 @@ def test_a_test_is_written_and_let_go_before_the_next(tmp_path, monkeypatch):
 class Flat:
     """In place of the smoother: blocks of noise, as large as those of a run."""
 
+    later = Backward(np.zeros(1), np.zeros(1))
+
     def __init__(self, *given):
         self.wide = given[1]
 
@@ -415,6 +412,54 @@ def test_memory_of_a_longer_record_is_that_of_its_bands(monkeypatch):
     made, learned = 3 * 10 * 8 * more / 4, 12 * 8 * more + 8 * 3 * 8 * more
     paths_of_all = 4 * 32 * 3 * 8 * more / 4
     assert long - short < made + learned + 0.2 * paths_of_all
+
+
+class Sum:
+    """In place of the smoother: each block depends on all that were smoothed before it."""
+
+    def __init__(self, *given):
+        self.wide, keys, later = given[1], given[3], given[6]
+        self.seed = int(np.asarray(jax.random.key_data(keys)).sum() % 1000)
+        self.later = Backward(*(np.zeros((self.wide, 1)),) * 2) if later is None else later
+
+    def block(self, number):
+        rng = np.random.default_rng([self.seed, number])
+        series = rng.standard_normal((self.wide, BLOCK, 4, 3)) + self.later.pull[:, None, None]
+        more = series.mean(axis=(1, 2, 3))[:, None]
+        self.later = self.later._replace(pull=self.later.pull + more)
+        return Smoothed(series, series, series[..., 0, :], Shown(series, series**2, series, series))
+
+
+def test_draws_go_on_where_they_were_stopped_to_the_bit(tmp_path, monkeypatch):
+    """Stopped after each of four stretches in turn: with what it had gone over, and without."""
+    load = np.arange(30 * BLOCK, dtype=float)
+    field, learned = known_by_hand(load, np.zeros(len(load)))
+    rows = np.arange(0, (len(load) - 1) * 4, 16)
+    test = paths.Test((field,), (learned,), rows, (learned.evidence,))
+    law = Law("memory", 1.0, (), {"k_LC": np.ones(40), "gain[load,B]": np.zeros(40)})
+    monkeypatch.setattr(paths, "Back", Sum)
+    monkeypatch.setattr(paths, "draws", lambda some, _: some.size)
+    shelf = Shelf(tmp_path, {"seed": "1"}, reads=True)
+
+    class Stops(Shelf):
+        def put(self, name, *given):
+            super().put(name, *given)
+            raise KeyboardInterrupt
+
+    def run(where):
+        return run_bands([Way(test, law)], 1, Keeping(where, lambda _: None))
+
+    whole = run(Shelf())
+    for _ in range(3):
+        with pytest.raises(KeyboardInterrupt):
+            run(Stops(tmp_path, shelf.mark, reads=True))
+    for again in (run(shelf), run(shelf)):
+        assert again.budget == whole.budget
+        for name, band in whole.bands.items():
+            assert again.bands[name].quantiles.tobytes() == band.quantiles.tobytes()
+            assert again.bands[name].parts.tobytes() == band.parts.tobytes()
+    monkeypatch.setattr(Backward, "_replace", lambda self, **_: self)  # forgets what it went over
+    assert run(Shelf()).budget != whole.budget
 
 
 # The stretch over which scales are compared

@@ -7,12 +7,14 @@ from pathlib import Path
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from cart import write_cart
 from rigs import MEMORY, SHEETS, converted, drive, effects, parameters, track
 from scipy.linalg import cho_factor
 from scipy.optimize import minimize
 from scipy.special import logsumexp
 
 from rigid import laws as command
+from rigid import load
 from rigid.effects import CATALOGUE
 from rigid.friction.comparison import (
     CANNOT_TELL,
@@ -42,6 +44,7 @@ from rigid.friction.prior_widths import AS_STATED, VARIANTS, sized, spread
 from rigid.friction.starts import prior_starts
 from rigid.generator import Conditions, campaign
 from rigid.generator.hidden.dry import PressureDependent
+from rigid.io.cache import Shelf
 from rigid.io.cli import Options
 from rigid.likelihood.channels import make_pieces
 from rigid.likelihood.groups import SlowGroup
@@ -658,3 +661,29 @@ def test_the_table_has_a_row_a_law():
     assert rows[0].endswith('"frame-1,A","free-run-1,A"')
     assert [row.split(",")[0] for row in rows[1:]] == [COULOMB, VISCOUS, STRIBECK]
     assert rows[3].split(",")[6] == "True"
+
+
+def test_a_comparison_goes_on_where_it_was_stopped(tmp_path, monkeypatch):
+    """Stopped after every step that is kept; all files then say the same, to the last digit."""
+    path = write_cart(tmp_path, seconds=4.0)
+    whole = load(path).laws(tmp_path / "whole", quiet=True)
+    put, kept = Shelf.put, []
+
+    def stops(self, name, *given):
+        put(self, name, *given)
+        kept.append(name)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Shelf, "put", stops)
+    while True:
+        try:
+            again = load(path).laws(tmp_path / "again", resume=True, quiet=True)
+            break
+        except KeyboardInterrupt:
+            assert (tmp_path / "again" / "unfinished-laws" / f"{kept[-1]}.kept").exists()
+    assert kept[:4] == ["viscous", "dry", "fits", "left-out"]
+    assert len(kept) == len(set(kept)) == 4 + len(again.comparison.standings)
+    assert again.json() == whole.json()
+    tables = [(tmp_path / run / "laws.csv").read_bytes() for run in ("whole", "again")]
+    assert tables[0] == tables[1]
+    assert not (tmp_path / "again" / "unfinished-laws").exists()

@@ -67,6 +67,19 @@ def test_a_row_that_was_cut_short_is_done_again(tmp_path: Path):
     assert [row["job"] for row in read_rows(path)] == ["seed-0"]
 
 
+def test_damaged_rows_are_told_set_aside_and_made_again(tmp_path: Path, capsys):
+    path = tmp_path / "rows.jsonl"
+    whole = list(run(job_functions.noise, SEEDS, rows=path))
+    lines = path.read_bytes().splitlines(keepends=True)
+    spoilt = lines[0].replace(b'"value": {"', b'"value": {"x', 1)  # JSON still
+    assert spoilt != lines[0]
+    path.write_bytes(spoilt + b"\x00" + lines[1] + b"".join(lines[2:]))
+    again = list(run(job_functions.noise, SEEDS, rows=path))
+    assert values(again) == values(whole) == values(read_rows(path))
+    assert f"{path}: 2 damaged line(s)" in capsys.readouterr().err
+    assert path.with_name("rows.jsonl.damaged").read_bytes().startswith(spoilt)
+
+
 def test_failures_are_rows_and_are_tried_again(tmp_path: Path):
     path = tmp_path / "rows.jsonl"
     jobs = [Job(how, {"how": how}) for how in ("input", "defect", "nan", "none")]

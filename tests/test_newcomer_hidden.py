@@ -14,11 +14,12 @@ import pytest
 from rigs import BASE, SHEETS, converted, drive, effects, parameters, track
 
 from rigid.discovery.fitted import Fitted
-from rigid.discovery.signatures import hidden_signatures, packed, unpacked
+from rigid.discovery.signatures import hidden_signatures
 from rigid.discovery.unmodelled import SORTS
 from rigid.discovery.unmodelled.base import AbstractHidden, Inferred
 from rigid.discovery.weighing.explain import bundles_of, shares
 from rigid.effects.base import EQUATIONS, Action, State
+from rigid.io.values import pack, unpack
 from rigid.likelihood.channels import make_pieces
 from rigid.likelihood.groups import ReleaseGroup, SlowGroup
 from rigid.likelihood.priors import Lognormal, Normal, Uniform
@@ -92,7 +93,8 @@ class TestEverySort:
 
     def test_it_is_read_from_the_shelf_as_it_was_put_there(self, sort, everything):
         for one in {one for one in everything.target if type(one) is sort}:
-            assert unpacked(json.loads(json.dumps(packed(one)))) == one
+            tree, arrays = pack(one, {})
+            assert unpack(json.loads(json.dumps(tree)), arrays, list(SORTS.values()), {}) == one
 
     def test_of_no_size_it_is_shown_as_what_the_model_has(self, sort, fit, everything):
         targets = [one for one in everything.target if type(one) is sort]

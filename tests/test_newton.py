@@ -8,7 +8,8 @@ from rigs import frame_problem, release_problem
 from rigid.inference.newton import descend, is_noise, joined, local, split
 from rigid.inference.proposal import MixtureProposal, Mode, ModeWeights
 from rigid.inference.search import AGREE, best_of_few, search
-from rigid.inference.search_cache import Searched, load, save
+from rigid.inference.search_cache import Searched, once
+from rigid.io.cache import Shelf
 
 TRUE = {"k_LC": 6e7, "mu": 2e4}
 WRONG = {"k_LC": 3.5e7, "mu": 4.7e5}
@@ -153,10 +154,18 @@ def test_a_search_on_disk_is_read_back_whole_and_by_its_own_run_alone(release, t
         Mode(o.z, np.linalg.cholesky(o.covariance), o.log_posterior) for o in found.optima
     )
     law = MixtureProposal(modes, np.ones(len(modes)), 7.0)
-    save(tmp_path, {"spec": "a"}, Searched(found, law, weights))
-    read = load(tmp_path, {"spec": "a"}, release)
-    assert read is not None
-    again, its_law, its_weights = read
+    made = []
+
+    def make():
+        made.append("made")
+        return Searched(found, law, weights)
+
+    def read(spec):
+        return once(Shelf(tmp_path, {"spec": spec}, reads=True), release, make)
+
+    read("a")
+    again, its_law, its_weights = read("a")
+    assert len(made) == 1
     z = found.optima[0].z[None]
     np.testing.assert_array_equal(law.log_density(z), its_law.log_density(z))
     for old, new in zip(found.optima, again.optima, strict=True):
@@ -169,6 +178,5 @@ def test_a_search_on_disk_is_read_back_whole_and_by_its_own_run_alone(release, t
     np.testing.assert_array_equal(found.aside, again.aside)
     assert found.starts == again.starts
     assert (its_weights.log_evidence, its_weights.failed) == (-3.5, 2)
-    assert load(tmp_path, {"spec": "b"}, release) is None
-    (tmp_path / "search.npz").write_bytes(b"half a file")
-    assert load(tmp_path, {"spec": "a"}, release) is None
+    read("b")
+    assert len(made) == 2

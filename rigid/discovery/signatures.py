@@ -1,9 +1,7 @@
 """What all steps of a discovery share: programs, candidates, and what each would leave."""
 
 import dataclasses
-import json
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -13,7 +11,7 @@ from rigid.discovery.periodic import Line, lines
 from rigid.discovery.unmodelled import SORTS
 from rigid.discovery.unmodelled.base import AbstractHidden, Bumps, none, together
 from rigid.effects import AbstractEffect
-from rigid.io.cache import Arrays, Shelf
+from rigid.io.cache import Shelf
 from rigid.localfit.candidates import EVENT, Candidate, candidates, events, onsets
 from rigid.localfit.families import Effects, Family, read
 from rigid.localfit.signature import lanes_of, traces
@@ -51,24 +49,6 @@ def hidden_signatures(fit: Fitted, sorts: Iterable[type[AbstractHidden]]) -> Bum
     return found
 
 
-def packed(value: Any) -> Any:
-    """A hidden thing, or one of its fields, as JSON has it."""
-    if not isinstance(value, AbstractHidden):
-        return value
-    fields = {f.name: packed(getattr(value, f.name)) for f in dataclasses.fields(value)}
-    return {"sort": value.sort} | fields
-
-
-def unpacked(value: Any) -> Any:
-    """The same from JSON, which has lists for tuples."""
-    if isinstance(value, list):
-        return tuple(map(unpacked, value))
-    if not isinstance(value, dict):
-        return value
-    fields = {name: unpacked(one) for name, one in value.items() if name != "sort"}
-    return SORTS[value["sort"]](**fields)
-
-
 def laid_out(fit: Fitted, effects: Effects, shelf: Shelf) -> Bench:
     """Work out the traces of all candidates and hidden things around a fit, once a run."""
     base = fit.local
@@ -81,21 +61,13 @@ def laid_out(fit: Fitted, effects: Effects, shelf: Shelf) -> Bench:
     spread += tuple(one for e in timed for one in events(e, base.layout.problem.tracks, given))
     spread += tuple(one for e in late for one in onsets(e, _top(fit, e), given))
 
-    def make() -> Arrays:
+    def make() -> tuple[np.ndarray, dict[str, Line], Bumps]:
         hidden = hidden_signatures(fit, SORTS.values())
         heard = {e: line for e in beating if (line := lines(fit, e)) is not None}
         beats = [line.candidate(e, given) for e, line in heard.items()]
         both = [traces(base, fit.programs, some) for some in (spread, beats)]
-        return {
-            "traces": np.concatenate(both, axis=1),
-            "lines": np.array(json.dumps({e.name: line for e, line in heard.items()})),
-            "columns": hidden.columns,
-            "centre": hidden.centre,
-            "target": np.array(json.dumps([packed(one) for one in hidden.target])),
-        }
+        return np.concatenate(both, axis=1), {e.name: one for e, one in heard.items()}, hidden
 
-    found = shelf.once(KEPT, make)
-    beats = json.loads(str(found["lines"]))
-    beats = tuple(Line(*beats[e.name]).candidate(e, given) for e in beating if e.name in beats)
-    bumps = Bumps(found["columns"], unpacked(json.loads(str(found["target"]))), found["centre"])
-    return Bench(fit.programs, spread + beats, bumps, found["traces"])
+    found, heard, bumps = shelf.once(KEPT, make, (Line, Bumps, *SORTS.values()))
+    beats = tuple(heard[e.name].candidate(e, given) for e in beating if e.name in heard)
+    return Bench(fit.programs, spread + beats, bumps, found)

@@ -16,7 +16,7 @@ from rigid.discovery.weighing.odds import Odds, odds
 from rigid.discovery.weighing.pairs import pairs
 from rigid.discovery.weighing.verdict import verdict_of
 from rigid.inference.newton import is_noise
-from rigid.io.cache import Shelf
+from rigid.io.cache import NOTHING_KEPT, Shelf
 from rigid.likelihood.priors import AbstractLaw
 from rigid.likelihood.problem import Problem
 from rigid.localfit.ascent import refined
@@ -54,7 +54,7 @@ class Running(NamedTuple):
 
     seed: int
     report: Report = lambda _: None
-    shelf: Shelf = Shelf()
+    shelf: Shelf = NOTHING_KEPT
 
 
 @dataclasses.dataclass(frozen=True)

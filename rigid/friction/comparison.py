@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from scipy.special import logsumexp
 from rigid.friction.fits import Fitted
 from rigid.friction.models import Law, amplitude_labels
 from rigid.friction.prior_widths import AS_STATED, VARIANTS
+from rigid.io.cache import NOTHING_KEPT, Shelf
 from rigid.likelihood.priors import AbstractLaw
 from rigid.localfit.integral import evidence
 from rigid.localfit.leave_one_out import HeldOut, Judged, Rows, left_out, units
@@ -80,8 +82,12 @@ class Comparison:
         return tuple(one for one in self.standings[1:] if one.tied)
 
 
-def compare(fitted: Fitted, seed: int) -> Comparison:
-    """Compare the laws that have been fitted; `seed` is that of the simulated campaigns."""
+def compare(fitted: Fitted, seed: int, shelf: Shelf = NOTHING_KEPT) -> Comparison:
+    """Compare the laws that have been fitted.
+
+    - `seed`: of the simulated campaigns. - `shelf`: keeps what the laws say of them, and of records
+      that were left out.
+    """
     layout = next(iter(fitted.fits.values())).layout
     parts = units(next(iter(fitted.fits.values())), None)
     judged = {
@@ -93,13 +99,20 @@ def compare(fitted: Fitted, seed: int) -> Comparison:
     chance = {v: probabilities({n: one[v] for n, one in logs.items()}) for v in variants}
     ranked = sorted(fitted.laws, key=lambda law: -chance[AS_STATED][law.name])
     first = ranked[0].name
-    left = _left(fitted, judged, {name: one[AS_STATED] for name, one in logs.items()}, parts)
-    of_first = scattered(fitted.fits[first], judged, parts, seed)
+    stated = {name: one[AS_STATED] for name, one in logs.items()}
+    left = shelf.once("left-out", lambda: _left(fitted, judged, stated, parts), (HeldOut,))
+
+    def campaigns(number: int, law: Law) -> dict[str, Scattered]:
+        two = {n: judged[n] for n in (first, law.name)} if number else judged
+        return scattered(fitted.fits[law.name], two, parts, seed + number)
+
+    simulated = [
+        shelf.once(f"campaigns-{number}", partial(campaigns, number, law), (Scattered,))
+        for number, law in enumerate(ranked)
+    ]
     standings = []
-    for number, law in enumerate(ranked):
-        two = {n: judged[n] for n in (first, law.name)}
-        own = scattered(fitted.fits[law.name], two, parts, seed + number) if number else of_first
-        standing = _standing(law, fitted.fits[law.name], left, first, (of_first, own))
+    for law, own in zip(ranked, simulated, strict=True):
+        standing = _standing(law, fitted.fits[law.name], left, first, (simulated[0], own))
         told = {v: p[law.name] for v, p in chance.items()}
         standings.append(dataclasses.replace(standing, evidence=logs[law.name], probability=told))
     names = tuple(_named(layout, rows) for rows in parts)

@@ -8,6 +8,7 @@ import numpy as np
 
 from rigid.friction.models import BRISTLES, DRY, MEMORY, VISCOUS, Law
 from rigid.friction.starts import constant_starts, dry_starts, memory_starts, prior_starts
+from rigid.io.cache import NOTHING_KEPT, Shelf
 from rigid.likelihood.priors import AbstractLaw
 from rigid.likelihood.problem import Problem
 from rigid.localfit.ascent import MOST_TURNS, descended, led, settled
@@ -15,7 +16,7 @@ from rigid.localfit.expansion import Point, Program, expand
 from rigid.localfit.families import families
 from rigid.localfit.hypothesis import Hypothesis
 from rigid.localfit.local import Local, with_weights
-from rigid.localfit.samples import Layout, lay_out
+from rigid.localfit.samples import Layout, Terms, lay_out
 from rigid.localfit.weights import facts
 
 STARTS = 4
@@ -30,6 +31,9 @@ and how many once all samples have their weights."""
 WIDTH = 16
 """Simulations side by side in the program of dry friction: one turn serves a step of all its laws,
 which take 14."""
+
+KINDS = (Local, Hypothesis, Layout, Terms, *DRY)
+"""What fits are made of."""
 
 Report = Callable[[str], None]
 
@@ -63,11 +67,12 @@ def fit_laws(
     given: Mapping[str, AbstractLaw],
     seed: int,
     report: Report,
+    shelf: Shelf = NOTHING_KEPT,
 ) -> Fitted:
     """Fit every law.
 
     - `problem`: with viscous friction and memory. - `given`: priors that go before the effects'
-      own, by label. - `seed`: of the starts.
+      own, by label. - `seed`: of the starts. - `shelf`: keeps the fits as they are made.
 
     How many facts a sample is gets judged once every law has had its say: what the best of them
     leaves over, and what none of them could take away, is noise.
@@ -77,24 +82,39 @@ def fit_laws(
     viscous, dry = programs = Programs(Program(plain), Program(wide, plain))
     layout = lay_out(problem)
     layout = layout.weighed((layout.weight > 0.0).astype(float))
-    report("fitting constant friction and friction with memory")
-    fits = _viscous(viscous, Hypothesis(problem, given=given), layout, laws[0], seed)
+    known = {"problem": problem, "given": given, "plain": plain, "wide": wide}
+    known |= {name: getattr(layout, name) for name in ("channels", "channel", "time")}
     listed = [law for law in laws if law.dry is not None]
-    base = fits[MEMORY if listed[0].memory else VISCOUS]
-    report("fitting dry friction")
-    starts = dry_starts(base, dry.family, listed, BEGINNINGS)
-    fits |= _dry(dry, [(name, p) for name, points in starts.points.items() for p in points])
-    best_one = max(fits.values(), key=lambda one: one.log_evidence)
-    weight = facts(best_one, starts.changes)
-    report("fitting all laws again, correlated residuals at their worth")
-    out = {name: with_weights(one, weight) for name, one in fits.items()}
-    for program, names, turns in (
-        (viscous, (VISCOUS, MEMORY), MOST_TURNS),
-        (dry, tuple(law.name for law in listed), LAST_DRY_TURNS),
-    ):
-        ends = settled(program, [out[name] for name in names], turns)
-        out |= dict(zip(names, ends, strict=True))
-    return Fitted(programs, laws, out)
+
+    def viscous_fits() -> dict[str, Local]:
+        report("fitting constant friction and friction with memory")
+        return _viscous(viscous, Hypothesis(problem, given=given), layout, laws[0], seed)
+
+    fits = shelf.once("viscous", viscous_fits, KINDS, known)
+
+    def dry_fits() -> tuple[dict[str, Local], np.ndarray]:
+        report("fitting dry friction")
+        base = fits[MEMORY if listed[0].memory else VISCOUS]
+        starts = dry_starts(base, dry.family, listed, BEGINNINGS)
+        begun = [(name, p) for name, points in starts.points.items() for p in points]
+        return _dry(dry, begun), starts.changes
+
+    dry_ends, changes = shelf.once("dry", dry_fits, KINDS, known)
+    fits |= dry_ends
+
+    def last_fits() -> dict[str, Local]:
+        report("fitting all laws again, correlated residuals at their worth")
+        weight = facts(max(fits.values(), key=lambda one: one.log_evidence), changes)
+        out = {name: with_weights(one, weight) for name, one in fits.items()}
+        for program, names, turns in (
+            (viscous, (VISCOUS, MEMORY), MOST_TURNS),
+            (dry, tuple(law.name for law in listed), LAST_DRY_TURNS),
+        ):
+            ends = settled(program, [out[name] for name in names], turns)
+            out |= dict(zip(names, ends, strict=True))
+        return out
+
+    return Fitted(programs, laws, shelf.once("fits", last_fits, KINDS, known))
 
 
 def _viscous(

@@ -30,8 +30,9 @@ from rigid.inference.proposal import MixtureProposal, ModeWeights, mode_weights
 from rigid.inference.reference_check import SolverCheck, against_reference
 from rigid.inference.sample import Draws, Settings, Status, sample
 from rigid.inference.search import Found, compile_programs, search_from
-from rigid.inference.search_cache import Searched, load, save
+from rigid.inference.search_cache import Searched, once
 from rigid.inference.steady_first import beginnings, steady_part, with_ease
+from rigid.io.cache import Shelf
 from rigid.io.cli import Options, progress, reach, say
 from rigid.likelihood.effect_lookup import marks
 from rigid.likelihood.problem import Problem, log_density, log_posterior, walkers
@@ -132,13 +133,13 @@ def calibrate(
     say(options, f"{problem.parameters.size} parameters, compiled in {compile_s:.0f} s")
     walked = {"coordinates": ", ".join(chart_of(problem).names)}
     mark = fingerprint(spec, records, seed) | marks(problem.effects) | walked
-    known = load(folder, mark, problem) if options.resume else None
-    if known is None:
-        known = _searched(spec, records, problem, options, searched)
-        save(folder, mark, known)
-    found, law, weights = known
-    with Checkpoint(folder, mark, options.resume) as checkpoint:
-        draws = _sampled(spec, found, law, (seed, options), checkpoint)
+    found, law, weights = once(
+        Shelf(folder, mark, options.resume),
+        problem,
+        lambda: _searched(spec, records, problem, options, searched),
+    )
+    checkpoint = Checkpoint(folder, mark, options.resume)
+    draws = _sampled(spec, found, law, (seed, options), checkpoint)
     return _told(found, weights, draws, records, (seed, compile_s))
 
 

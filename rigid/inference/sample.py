@@ -117,8 +117,7 @@ def sample(
     _check(settings, proposal.dimension)
     layout = _layout(settings, proposal.dimension)
     if checkpoint is not None:
-        checkpoint.begin(layout, proposal)
-        proposal = checkpoint.proposal or proposal
+        proposal = checkpoint.begin(layout, proposal)
     watch = _Watch(settings, proposal, monitor, report)
     for block in checkpoint.read() if checkpoint is not None else ():
         watch.add(block)

@@ -4,9 +4,11 @@ import errno
 import fcntl
 import math
 import os
+import socket
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from datetime import UTC, datetime
 from pathlib import Path
 
 from rigid.io.errors import EnvironmentFaultError, InputError
@@ -140,12 +142,14 @@ def _lock(handle: int, path: Path) -> None:
     except OSError:  # a disk without locks: nothing to hold, and no reason to stop
         return
     os.ftruncate(handle, 0)
-    os.pwrite(handle, str(os.getpid()).encode(), 0)
+    since = datetime.now(UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
+    told = f"process {os.getpid()} on {socket.gethostname()} since {since}"
+    os.pwrite(handle, told.encode(), 0)
 
 
 def _holder(handle: int) -> str:
-    pid = os.pread(handle, 32, 0).decode(errors="replace").strip()
-    return f"process {pid}" if pid.isdecimal() else "process unknown"
+    told = os.pread(handle, 400, 0).decode(errors="replace")
+    return told if told.startswith("process ") and told.isprintable() else "process unknown"
 
 
 def finite(value: float | None) -> float | None:

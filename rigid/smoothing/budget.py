@@ -7,6 +7,7 @@ posterior. The combined one lets all vary together, so correlations between rig 
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -56,47 +57,61 @@ def windows(time: np.ndarray, load: np.ndarray) -> Windows:
     return Windows(slice(int(around[0]), int(around[1]) + 1), slice(*(int(b) for b in before)))
 
 
+class Gathered(NamedTuple):
+    """What a tally holds: numbers of the draws (..., draws) over the stretches so far.
+
+    - `peak`: load and displacement. - `failure`: greatest load there. - `impulse`.
+    - `first`, `load`: time of the earliest sample, and the load there. - `about`: displacement and
+      load that `sums`, of powers of what lies between, are taken about (draws, 1).
+    """
+
+    peak: np.ndarray
+    failure: np.ndarray
+    impulse: np.ndarray
+    first: float
+    load: np.ndarray
+    about: np.ndarray
+    sums: np.ndarray
+
+
+@dataclass
 class Tally:
     """The numbers of FIGURES of some draws, gathered over stretches from the last to the first.
 
     - `at`: where failure and rise are among all times.
     """
 
-    def __init__(self, at: Windows):
-        self._at = at
-        self._peak: np.ndarray | None = None
-        self._later: tuple[float, np.ndarray] | None = None
-        self._sums = np.zeros((5, 1))
+    at: Windows
+    gathered: Gathered | None = None
 
     def add(self, time: np.ndarray, load: np.ndarray, displacement: np.ndarray, first: int) -> None:
         """Take in a stretch of the paths (draws, times) that begins at place `first`."""
-        rows, peak = np.arange(len(load)), np.argmax(load, axis=1)
-        top = np.stack([load[rows, peak], displacement[rows, peak]])
-        failure = _greatest(load[:, _within(self._at.failure, first, len(time))])
-        area = np.trapezoid(load, time, axis=1)
-        if self._peak is None or self._later is None:
-            self._peak, self._failure, self._impulse = top, failure, area
-            self._about = np.stack([displacement[:, :1], load[:, :1]])
-        else:
+        rows, most = np.arange(len(load)), np.argmax(load, axis=1)
+        peak = np.stack([load[rows, most], displacement[rows, most]])
+        failure = _greatest(load[:, _within(self.at.failure, first, len(time))])
+        impulse = np.trapezoid(load, time, axis=1)
+        about, sums = np.stack([displacement[:, :1], load[:, :1]]), np.zeros((5, 1))
+        if (old := self.gathered) is not None:
             # The first of equal peaks counts, and stretches come from the last.
-            self._peak = np.where(top[0] >= self._peak[0], top, self._peak)
-            self._failure = np.maximum(self._failure, failure)
-            between = 0.5 * (self._later[0] - time[-1]) * (load[:, -1] + self._later[1])
-            self._impulse = self._impulse + area + between
-        self._later = float(time[0]), load[:, 0].copy()  # a view would hold the whole stretch
-        rise = _within(self._at.rise, first, len(time))
-        x, f = (p[:, rise] - o for p, o in zip((displacement, load), self._about, strict=True))
+            peak = np.where(peak[0] >= old.peak[0], peak, old.peak)
+            failure = np.maximum(old.failure, failure)
+            between = 0.5 * (old.first - time[-1]) * (load[:, -1] + old.load)
+            impulse, about, sums = old.impulse + impulse + between, old.about, old.sums
+        rise = _within(self.at.rise, first, len(time))
+        x, f = (p[:, rise] - o for p, o in zip((displacement, load), about, strict=True))
         ones = np.ones_like(x)
-        self._sums = self._sums + np.stack([p.sum(axis=1) for p in (ones, x, f, x * x, x * f)])
+        sums = sums + np.stack([p.sum(axis=1) for p in (ones, x, f, x * x, x * f)])
+        earliest = load[:, 0].copy()  # a view would hold the whole stretch
+        self.gathered = Gathered(peak, failure, impulse, float(time[0]), earliest, about, sums)
 
     def figures(self) -> np.ndarray:
         """Return the numbers of FIGURES, (draws, 5)."""
-        assert self._peak is not None  # something was added
-        n, x, f, xx, xf = self._sums
+        assert self.gathered is not None  # something was added
+        n, x, f, xx, xf = self.gathered.sums
         n = np.maximum(n, 1.0)
         slope = (xf - x * f / n) / np.maximum(xx - x * x / n, 1e-30)
-        parts = (self._peak[0], self._failure, self._impulse, self._peak[1], slope)
-        return np.stack(parts, axis=1)
+        peak = self.gathered.peak
+        return np.stack([peak[0], self.gathered.failure, self.gathered.impulse, peak[1], slope], 1)
 
 
 def _within(window: slice, first: int, count: int) -> slice:

@@ -8,7 +8,7 @@ import numpy as np
 from jax import Array
 
 from rigid.smoothing.field import BLOCK, Field
-from rigid.smoothing.kalman import Smoothed
+from rigid.smoothing.kalman import Backward, Smoothed
 from rigid.smoothing.laws import Law, draws
 from rigid.smoothing.learning import Learned
 from rigid.smoothing.model import KAPPA, LATENT_SCALES, LOAD
@@ -115,21 +115,43 @@ def stretches(test: Test) -> Iterator[slice]:
         yield slice(int(low), int(high))
 
 
+def left_after(test: Test, stretches: int) -> int:
+    """How many blocks of a test are left after so many of its stretches."""
+    count = test.fields[0].blocks
+    return min(count, STRETCH * (-(-count // STRETCH) - stretches))
+
+
 class Going:
     """A batch of draws on its way back over a test, stretch by stretch; see `smoother.Back`.
 
     - `test`; `law`: with the draws of the batch. - `seeds`: of each cylinder, that of its simulated
       errors. - `wide`: draws smoothed together, no fewer than the law has.
+    - `begun`: blocks to go, and what those behind them say of each cylinder; None: all of them.
     """
 
-    def __init__(self, test: Test, law: Law, seeds: Sequence[int], wide: int, keeping: Keeping):
+    def __init__(
+        self,
+        test: Test,
+        law: Law,
+        seeds: Sequence[int],
+        wide: int,
+        keeping: Keeping,
+        begun: tuple[int, Sequence[Backward]] | None = None,
+    ):
         self._test, self._count, self._wide = test, law.size, wide
-        self._left = test.fields[0].blocks
+        self._left, behind = begun or (test.fields[0].blocks, [None] * len(test.fields))
         padded = law.only(np.minimum(np.arange(wide), law.size - 1))
         self._back = [
-            Back(field, draws(padded, field), evidence, _keys(seed, wide), keeping)
-            for field, evidence, seed in zip(test.fields, test.evidence, seeds, strict=True)
+            Back(f, draws(padded, f), evidence, _keys(seed, wide), keeping, self._left, later)
+            for f, evidence, seed, later in zip(
+                test.fields, test.evidence, seeds, behind, strict=True
+            )
         ]
+
+    @property
+    def later(self) -> tuple[Backward, ...]:
+        """What all samples say that it has gone over, by cylinder."""
+        return tuple(back.later for back in self._back)
 
     def stretch(self) -> Mapping[str, Path]:
         """Smooth the next stretch towards the beginning; gives its told rows by name.

@@ -6,12 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rigid.smoothing.budget import Line, Tally, Windows, bodies, lines, windows
+from rigid.smoothing.budget import Gathered, Line, Tally, Windows, bodies, lines, windows
 from rigid.smoothing.field import Field
+from rigid.smoothing.kalman import Backward
 from rigid.smoothing.laws import Law, draws, sheet
 from rigid.smoothing.learning import Learned, learn
 from rigid.smoothing.mixture import LEVELS, Mixture, Moments, quantiles
-from rigid.smoothing.paths import Going, Path, Test, batch_of, stretches, told
+from rigid.smoothing.paths import Going, Path, Test, batch_of, left_after, stretches, told
 from rigid.smoothing.smoother import NOWHERE, Keeping
 from rigid.spec import Spec
 
@@ -82,26 +83,63 @@ def bands(
     few numbers each: the state of the rig, and those of the budget.
 
     - `ways`: the test under each law, weights summing to 1; all tell the same times. - `keeping`:
-      where states go, and who is told of each block. - `apart`: whether rig and sensors are told
-      apart, which takes more draws.
+      where each stretch is kept, and who is told of each block. - `apart`: whether rig and sensors
+      are told apart, which takes more draws.
     """
-    rng = np.random.default_rng([seed, 5])
-    best = _best(ways)
-    test, time = best.test, best.test.time
-    sources = []
-    for batch in _batches(ways, apart):
-        seeds = [int(rng.integers(2**31)) for _ in test.fields]
-        going = Going(batch.way.test, batch.way.law, seeds, batch_of(batch.of), keeping)
-        sources.append((batch, going))
-    tallies = _Tallies(time, {p: windows(time, load) for p, load in test.middle.items()})
+    test = _best(ways).test
+    time, shelf = test.time, keeping.shelf
+    at = {place: windows(time, load) for place, load in test.middle.items()}
+    done: list[_Done] = []
+    while (one := shelf.read(_name(len(done)), KEPT, at)) is not None:
+        done.append(one)
+    sources = _sources(ways, seed, keeping, apart, done)
+    tallies = _Tallies(time, at, dict(done[-1].tallies) if done else {})
     made: dict[str, Band] = {}
-    for where in stretches(test):
-        for name, band in _stretch(sources, tallies, where).items():
+    for number, where in enumerate(stretches(test)):
+        if number < len(done):
+            found = done[number].bands
+        else:
+            found = _stretch(sources, tallies, where)
+            later = tuple(going.later for _, going in sources)
+            shelf.put(_name(number), _Done(found, tallies.tallies, later), at)
+        for name, band in found.items():
             if name not in made:
                 made[name] = Band(*(np.empty((len(LEVELS), len(time))) for _ in range(2)))
             made[name].quantiles[:, where] = band.quantiles
             made[name].parts[:, where] = band.parts
     return Bands(test.fields[0].name, time, made, tallies.finished(sources), test)
+
+
+class _Done(NamedTuple):
+    """A stretch that all draws have gone over, and where they were after it.
+
+    - `bands` in it. - `tallies` so far. - `later`: what the samples gone over say, batch by batch.
+    """
+
+    bands: Mapping[str, Band]
+    tallies: "Mapping[tuple[str, str, int], Tally]"
+    later: tuple[tuple[Backward, ...], ...]
+
+
+KEPT = (_Done, Band, Tally, Gathered, Backward)
+
+
+def _name(stretch: int) -> str:
+    return f"stretch-{stretch:05d}"
+
+
+def _sources(
+    ways: Sequence[Way], seed: int, keeping: Keeping, apart: bool, done: Sequence[_Done]
+) -> "list[tuple[_Batch, Going]]":
+    """All batches of draws, where those stretches have left them that are done."""
+    rng, test = np.random.default_rng([seed, 5]), _best(ways).test
+    left, sources = left_after(test, len(done)), []
+    for number, batch in enumerate(_batches(ways, apart)):
+        seeds = [int(rng.integers(2**31)) for _ in test.fields]
+        begun = (left, done[-1].later[number]) if done else None
+        way, wide = batch.way, batch_of(batch.of)
+        sources.append((batch, Going(way.test, way.law, seeds, wide, keeping, begun)))
+    return sources
 
 
 def _stretch(
@@ -211,12 +249,16 @@ class _Gathering:
 class _Tallies:
     """The budget of a test while its stretches go by: a few numbers a draw.
 
-    - `time`: all told times. - `at`: the windows of each place.
+    - `time`: all told times. - `at`: the windows of each place. - `tallies`: those so far.
     """
 
-    def __init__(self, time: np.ndarray, at: Mapping[str, Windows]):
-        self.time, self.at = time, at
-        self.tallies: dict[tuple[str, str, int], Tally] = {}
+    def __init__(
+        self,
+        time: np.ndarray,
+        at: Mapping[str, Windows],
+        tallies: dict[tuple[str, str, int], Tally],
+    ):
+        self.time, self.at, self.tallies = time, at, tallies
 
     def take(self, number: int, batch: _Batch, found: Mapping[str, Path], where: slice) -> None:
         """Take in a stretch of batch `number`."""

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator
 from itertools import islice
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -11,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from rigid.io.cache import NOTHING_KEPT, Shelf
 from rigid.physics.rig import Rig
 from rigid.smoothing import kalman
 from rigid.smoothing.field import BLOCK, NODE, Field, node_places, reference
@@ -49,16 +49,13 @@ class Evidence(NamedTuple):
 
 
 class Keeping(NamedTuple):
-    """Where states are kept on the way, and who is told of each block, forward and back.
+    """Where is kept how far the draws are, and who is told of blocks, forward and back."""
 
-    - `folder`: of their file; None: where the system keeps such files.
-    """
-
-    folder: Path | None
+    shelf: Shelf
     report: Callable[[int], None]
 
 
-NOWHERE = Keeping(None, lambda _: None)
+NOWHERE = Keeping(NOTHING_KEPT, lambda _: None)
 
 
 @eqx.filter_jit
@@ -125,8 +122,10 @@ def last_state(field: Field, draws: Draws, evidence: Evidence) -> Filtered:
 class Back:
     """A batch of draws on its way back over a record, block by block.
 
-    Between two blocks it holds what the later samples say, and no series. The states before each
-    block are filtered when it is made, and kept on disk.
+    Between two blocks it holds what the later samples say (`later`), and no series. The states
+    before each block are filtered when it is made, and kept on disk.
+
+    - `left`: blocks to go, None: all. - `later`: what those behind them say.
     """
 
     def __init__(
@@ -136,21 +135,26 @@ class Back:
         evidence: Evidence,
         keys: Array | None,
         keeping: Keeping = NOWHERE,
+        left: int | None = None,
+        later: Backward | None = None,
     ):
         self._given, self._report = (field, draws, evidence, keys), keeping.report
-        state, self._begins = _start(draws, keys, _ways(evidence)), States(keeping.folder)
+        state, self._begins = _start(draws, keys, _ways(evidence)), States(keeping.shelf.folder)
+        left = field.blocks if left is None else left
+        keeping.report(2 * (field.blocks - left))
         self._begins.append(state)
-        for run in islice(_runs(*self._given), field.blocks - 1):
+        for run in islice(_runs(*self._given), max(left - 1, 0)):
             state = kalman.forward(state, run)
             self._begins.append(state)
             keeping.report(1)
-        self._later = Backward(jnp.zeros_like(state.mean), jnp.zeros_like(state.covariance))
+        nothing = Backward(jnp.zeros_like(state.mean), jnp.zeros_like(state.covariance))
+        self.later = nothing if later is None else Backward(*map(jnp.asarray, later))
         self._path = reference(field)
 
     def block(self, number: int) -> Smoothed:
         """Smooth block `number`, each once, from the last to the first: (draws, samples, ...)."""
         run = _run(*self._given, self._path, number)
-        self._later, found = kalman.backward(self._later, self._begins[number], run)
+        self.later, found = kalman.backward(self.later, self._begins[number], run)
         self._report(1)
         if number == 0:
             self._begins.close()

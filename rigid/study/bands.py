@@ -1,6 +1,7 @@
 """Bands of a study's field records: as files of a whole run, and as a data set of one record."""
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from shutil import rmtree
 from tempfile import TemporaryDirectory
@@ -10,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from rigid.inference.posterior import save_posterior
+from rigid.io.cache import NOTHING_KEPT, Shelf
 from rigid.io.cli import Options, progress, reach, say
 from rigid.io.errors import InputError
 from rigid.report.bands import output
@@ -98,47 +100,47 @@ def write_all(asked: Smoothing, folder: Path, options: Options) -> Written:
 def _written(asked: Smoothing, fields: Fields, folder: Path, options: Options) -> Finished:
     """Make the bands of a test and write its files; gives what report and summary need of it."""
     name, mark = fields[0].name, kept.mark(fields, asked.laws, asked.seed)
-    path = folder / KEPT / f"{name}.json"
-    done = kept.load_finished(path, mark) if options.resume else None
+    shelf = Shelf(folder / KEPT / name, mark, options.resume)
+    done = shelf.read("finished", kept.FINISHED)
     if done is not None:
         say(options, f"{name}: taken from the run before")
         return done
-    found = _mixed(asked, fields, folder / KEPT, options)
+    found = _mixed(asked, fields, shelf, options)
     output.write_bands(folder / "bands", found)
     done = finished(found, asked.spec.simulated, folder)
-    kept.save_finished(path, mark, done)
-    path.with_suffix(".npz").unlink()
+    shelf.clear()
+    shelf.put("finished", done)
     return done
 
 
-def _mixed(asked: Smoothing, fields: Fields, folder: Path, options: Options) -> run.Bands:
+def _mixed(asked: Smoothing, fields: Fields, shelf: Shelf, options: Options) -> run.Bands:
     """Learn how a load moves, and mix the draws of all laws into bands.
 
-    - `folder`: keeps states, and what was learned.
+    - `shelf`: keeps what was learned, and how far the draws are.
     """
-    under = run.ways(fields, _learned(asked, fields, folder, options), asked.laws)
+    under = run.ways(fields, _learned(asked, fields, shelf, options), asked.laws)
     title = f"{fields[0].name}: draws"
     with progress(options, title, run.blocks(under), "block") as bar:
         return run.bands(
-            under, asked.seed, Keeping(folder, lambda count: reach(bar, int(bar.n) + count))
+            under, asked.seed, Keeping(shelf, lambda count: reach(bar, int(bar.n) + count))
         )
 
 
 def _learned(
-    asked: Smoothing, fields: Fields, folder: Path, options: Options
+    asked: Smoothing, fields: Fields, shelf: Shelf, options: Options
 ) -> tuple[tuple[Learned, ...], ...]:
     """Learn how the load of a test moves under each law; keep what is done."""
-    name, mark = fields[0].name, kept.mark(fields, asked.laws, asked.seed)
-    path = folder / f"{name}.npz"
-    known = kept.load(path, mark, len(fields)) if options.resume else ()
-    with progress(options, f"{name}: learning", None, "pass") as bar:
-        for law in asked.laws[len(known) :]:
-            known = (
-                *known,
-                run.learned(asked.spec, fields, law, lambda count: reach(bar, int(bar.n) + count)),
+    with progress(options, f"{fields[0].name}: learning", None, "pass") as bar:
+
+        def learned(law: Law) -> tuple[Learned, ...]:
+            return run.learned(
+                asked.spec, fields, law, lambda count: reach(bar, int(bar.n) + count)
             )
-            kept.save(path, mark, known)
-    return known
+
+        return tuple(
+            shelf.once(f"learned-{number}", partial(learned, law), kept.LEARNED)
+            for number, law in enumerate(asked.laws)
+        )
 
 
 def bands(
@@ -161,8 +163,7 @@ def bands(
             given = BandsSpec(posterior=folder) if spec.bands is None else spec.bands
             spec = spec.model_copy(update={"bands": given.model_copy(update=named)})
         asked = smoothing(spec, seed)
-        fields = _one(asked, record)
-        return dataset(asked, _mixed(asked, fields, folder, options))
+        return dataset(asked, _mixed(asked, _one(asked, record), NOTHING_KEPT, options))
 
 
 def _one(asked: Smoothing, record: str | None) -> Fields:

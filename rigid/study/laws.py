@@ -10,10 +10,13 @@ from typing import Any
 from rigid.friction.comparison import Comparison, compare, next_record
 from rigid.friction.fits import fit_laws
 from rigid.friction.models import laws
+from rigid.inference.calibrate import fingerprint
 from rigid.inference.reference_check import SolverCheck
+from rigid.io.cache import Shelf
 from rigid.io.cli import Options, say
 from rigid.io.files import write_text
 from rigid.likelihood.assemble import given_laws
+from rigid.likelihood.effect_lookup import marks
 from rigid.likelihood.problem import Problem
 from rigid.localfit.reference_check import against_reference
 from rigid.records.record import Record
@@ -23,6 +26,9 @@ from rigid.report.laws.section import KIND
 from rigid.report.made import made as provenance
 from rigid.report.section import write_report
 from rigid.spec import Spec
+
+KEPT = "unfinished-laws"
+"""Folder of fits and comparisons, until the run is done."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +75,7 @@ class Laws:
         read = [(r.path.name, r.sha256) for r in self.records]
         this = content(self.spec, made, provenance(self.spec, self.seed, read))
         write_report(KIND, this, folder)
+        Shelf(folder / KEPT).clear()
 
 
 def compare_laws(
@@ -76,10 +83,13 @@ def compare_laws(
 ) -> Laws:
     """Fit every friction model and compare them.
 
-    - `problem`: of spec and records, without friction. - `options`: whether progress is told.
+    - `problem`: of spec and records, without friction. - `options`: whether progress is told; `out`
+      keeps what takes long until the files are written.
     """
+    mark = fingerprint(spec, records, seed) | marks(problem.effects)
+    shelf = Shelf(None if options.out is None else options.out / KEPT, mark, options.resume)
     fitted = fit_laws(
-        problem, laws(spec, problem), given_laws(spec), seed, lambda text: say(options, text)
+        problem, laws(spec, problem), given_laws(spec), seed, lambda text: say(options, text), shelf
     )
     say(options, "comparing")
-    return Laws(spec, records, compare(fitted, seed), seed)
+    return Laws(spec, records, compare(fitted, seed, shelf), seed)

@@ -191,10 +191,15 @@ class Study:
         return found
 
     def laws(
-        self, out: Path | str | None = None, *, seed: int | None = None, quiet: bool = False
+        self,
+        out: Path | str | None = None,
+        *,
+        seed: int | None = None,
+        resume: bool = False,
+        quiet: bool = False,
     ) -> Laws:
         """Compare the friction models."""
-        options = self._options(out, seed, False, quiet)
+        options = self._options(out, seed, resume, quiet)
         problem = assemble(without_friction(self.spec), self.records)
         with self._running("laws"), _held(out):
             found = compare_laws(self.spec, self.records, problem, self._seed(seed), options)
