@@ -7,8 +7,6 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from rigid.discovery.signatures import KEPT
 from rigid.discovery.unmodelled import SORTS
 from rigid.discovery.workflow import Outcome, Running
@@ -16,7 +14,7 @@ from rigid.discovery.workflow import discover as work
 from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.inference.calibrate import fingerprint
 from rigid.inference.reference_check import SolverCheck
-from rigid.inference.search import best_of_few
+from rigid.inference.search import Best, best_of_few
 from rigid.io.cache import Shelf
 from rigid.io.cli import Options, progress, reach, say
 from rigid.io.files import write_text
@@ -185,21 +183,21 @@ def answer(asked: Question, seed: int, options: Options) -> Discovery:
     """
     spec = asked.spec
     shelf = Shelf(options.out, _mark(asked, seed), options.resume)
-    found = shelf.once("discovery-search", lambda: _best(asked, seed, options))
+    found = shelf.once("discovery-search", lambda: _best(asked, seed, options), (Best,))
     running = Running(seed, lambda text: say(options, text), shelf)
-    best = found["z"], found["standard"]
+    best = found.z, found.standard
     outcome = work(asked.problem, best, asked.effects, given_laws(spec), running)
     shelf.clear(KEPT)  # tens of megabytes that only a run under way needs
     return Discovery(asked, outcome, seed, _agreement(found), options.out)
 
 
-def _agreement(found: Mapping[str, np.ndarray]) -> Check:
+def _agreement(found: Best) -> Check:
     """Whether the search is to be believed: two of its starts ended in one place."""
-    starts, agree = int(found["starts"]), bool(found["agree"])
-    said = f"{'two' if agree else 'no two'} of {starts} starts ended in the best optimum"
-    if starts == 1:
+    agree = "two" if found.agree else "no two"
+    said = f"{agree} of {found.starts} starts ended in the best optimum"
+    if found.starts == 1:
         said = "one start alone: none could disagree"
-    return Check("starts", agree or starts == 1, said)
+    return Check("starts", found.agree or found.starts == 1, said)
 
 
 def _mark(asked: Question, seed: int) -> dict[str, str]:
@@ -216,9 +214,8 @@ def _mark(asked: Question, seed: int) -> dict[str, str]:
     )
 
 
-def _best(asked: Question, seed: int, options: Options) -> dict[str, np.ndarray]:
-    """Gaussian scale and standard sensors of the best fit, with a progress bar."""
+def _best(asked: Question, seed: int, options: Options) -> Best:
+    """Search the best fit, with a progress bar."""
     starts = min(asked.spec.sampler.starts, STARTS)
     with progress(options, "starts", starts) as bar:
-        best = best_of_few(asked.problem, starts, seed, partial(reach, bar))
-    return {name: np.asarray(value) for name, value in best._asdict().items()}
+        return best_of_few(asked.problem, starts, seed, partial(reach, bar))
