@@ -177,7 +177,7 @@ def _next(steps: tuple[Step, ...], extended: str | None) -> str:
     parts = [f"To know which, take {s.next_record}." for s in steps if s.next_record is not None]
     if extended is not None:
         parts.append(
-            f"python -m rigid.fit {extended} samples the model with what was added and gives its "
+            f"`python -m rigid.fit {extended}` samples the model with what was added and gives its "
             "intervals."
         )
     else:

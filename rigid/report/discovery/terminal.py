@@ -16,7 +16,7 @@ def table(made: dict[str, Any]) -> str:
     for one in made["disagreements"]:
         lines.append(
             f"   {channel_of(one)} over {one['over']}, {one['from']:.3g} to {one['to']:.3g} "
-            f"{one['unit']}: p {one['p_value']:.3f}"
+            f"{one['unit']}: p {chance(one['p_value'])}"
         )
     for number, step in enumerate(made["steps"], start=1):
         where = step["where"]
