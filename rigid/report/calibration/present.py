@@ -25,6 +25,7 @@ from rigid.report.paper_values import (
     published,
     published_frictions,
 )
+from rigid.report.taken import sentences
 from rigid.spec import Spec
 
 PAPER_KAPPA = " and ".join(f"{k.value:g} ({k.place.split(', ', 2)[2]})" for k in KAPPA)
@@ -41,6 +42,7 @@ def content(spec: Spec, done: Calibrated, found: Result) -> page.CalibrationCont
         front=front(done, checks, numbers, choices, curve),
         provenance=provenance(spec, done, found),
         checks=checks,
+        taken=sentences(found.taken),
         usable=found.usable,
         key_numbers=numbers,
         parameters=rows,

@@ -27,6 +27,8 @@ def table(made: dict[str, Any]) -> str:
         )
         for other in step["alternatives"]:
             lines.append(f"   or {other['effect']} (probability {chance(other['probability'], 2)})")
+        for one in step["refused"]:
+            lines.append(f"   {one['effect']} is not named: {one['why']}")
         for label, found in step["parameters"].items():
             lines.append(
                 f"   {label} = {found['median']:.4g} ({found['q05']:.4g} to {found['q95']:.4g}) "
