@@ -8,6 +8,7 @@ import fake_calibration as fake
 import pytest
 from markupsafe import Markup
 
+from rigid.io.errors import EnvironmentFaultError
 from rigid.report import wording
 from rigid.report.calibration.section import KIND
 from rigid.report.content import Answer, Check, Front, KeyNumber, Published
@@ -227,8 +228,8 @@ def test_a_failed_write_leaves_the_old_page(tmp_path, monkeypatch):
     def full(*_):
         raise OSError("disk full")
 
-    monkeypatch.setattr("rigid.report.page.os.fsync", full)
-    with pytest.raises(OSError, match="disk full"):
+    monkeypatch.setattr("rigid.io.files.os.fsync", full)
+    with pytest.raises(EnvironmentFaultError, match="disk full"):
         rebuild(tmp_path)
     assert (tmp_path / "index.html").read_text() == old
     assert {path.name for path in tmp_path.iterdir()} == {"index.html", "sections"}

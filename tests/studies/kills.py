@@ -182,9 +182,7 @@ class Whole(NamedTuple):
 
     @classmethod
     def of(cls, command: str, specs: Path, out: Path) -> "Whole":
-        """Run a command; programs are compiled and kept by a run before."""
-        before = out.with_name(f"{out.name}-before")
-        ended(line_of(command, specs, before), before)
+        """Run a command; what it compiles is kept for the trials."""
         end = ended(line_of(command, specs, out), out)
         sizes = [path.stat().st_size for path in out.rglob("*") if path.is_file()]
         if end.status not in (0, 1):
