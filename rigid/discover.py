@@ -21,6 +21,7 @@ def discover(options: Options) -> int:
     from rigid.io.runtime import prepare
 
     prepare()
+    from rigid.report.taken import lines
     from rigid.study.study import Study
 
     folder = options.folder(spec.path)
@@ -31,6 +32,8 @@ def discover(options: Options) -> int:
     for check in found.result["checks"]:
         if not check["ok"]:
             sys.stderr.write(f"{check['name']}: {check['says']}\n")
+    for line in lines(found.result):
+        say(options, line)
     say(options, f"report: {folder / 'index.html'}")
     return 0 if found.usable else 1
 

@@ -29,6 +29,7 @@ def fit(options: Options) -> int:
 
     prepare()
     from rigid.report.calibration.output import printed
+    from rigid.report.taken import lines
     from rigid.study.study import Study
 
     folder = options.folder(spec.path)
@@ -37,6 +38,8 @@ def fit(options: Options) -> int:
     for check in found.checks:
         if not check.ok:
             sys.stderr.write(f"{check.name}: {check.says}\n")
+    for line in lines(found.result.taken):
+        say(options, line)
     say(options, f"report: {folder / 'index.html'}")
     return 0 if found.usable else 1
 

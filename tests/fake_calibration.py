@@ -256,6 +256,16 @@ def calibration(**changes):
             figure="friction",
         ),
         "usable": True,
+        "budgets": (
+            c.GumBudget(
+                *("k_LC", "N/m", 6.03e7, 1.2e6),
+                (
+                    c.BudgetLine("k_frame", "B", 2.86e8, 8.6e6, "N/m", -0.13, 1.1e6),
+                    c.BudgetLine("readings", "A", None, None, "", None, 4e5),
+                ),
+            ),
+        ),
+        "paper": c.ForPaper("Methods.", "Results.", "\\begin{table}", "@misc{rigid}"),
         "checks": (
             c.Check("r_hat", True, "largest R-hat between ensembles 1.003, allowed 1.01"),
             c.Check("ess", True, "least effective sample size 1,875, asked for 1,000"),

@@ -43,7 +43,7 @@ WITHIN = {
         ("workflow",),
     ),
     "report": (
-        ("mathml", "paper_values", "symbols", "usability"),
+        ("mathml", "paper_values", "symbols", "taken", "usability"),
         ("content",),
         ("sparks", "wording"),
         ("templating",),

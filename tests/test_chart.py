@@ -43,7 +43,7 @@ def at_the_best() -> Optimum:
     slope = np.zeros(SIZE)
     slope[PLACES] = WIDTH * parts / parts.sum()
     precision = np.eye(SIZE) + np.outer(slope, slope) / KNOWN**2
-    return Optimum(BEST, np.zeros((1, 2)), np.linalg.inv(precision), 0.0, 1)
+    return Optimum(BEST, np.zeros((1, 2)), np.linalg.inv(precision), 0.0, 1, 0.0)
 
 
 def test_there_and_back():
@@ -139,6 +139,6 @@ def test_a_part_that_may_be_negative_stays_as_it_is(other):
 
 def test_nothing_is_changed_where_there_is_no_sum():
     nothing = Chart(("a",), ())
-    optimum = Optimum(np.zeros(1), np.zeros((1, 2)), np.eye(1), 0.0, 1)
+    optimum = Optimum(np.zeros(1), np.zeros((1, 2)), np.eye(1), 0.0, 1, 0.0)
     assert nothing.straightened(optimum) is optimum
     assert isinstance(nothing.mode(optimum), Mode)

@@ -33,9 +33,9 @@ def test_differences_of_a_cubic_are_exact(precision: np.ndarray):
 
 
 def found_with(covariance: np.ndarray, z: np.ndarray) -> Found:
-    optimum = Optimum(z, np.zeros((1, 2)), covariance, -np.inf, 1)
+    optimum = Optimum(z, np.zeros((1, 2)), covariance, -np.inf, 1, 0.0)
     nothing = Problem((), Parameters((), ()), (), ())
-    return Found(nothing, (optimum,), {}, 1, np.zeros(1))
+    return Found(nothing, (optimum,), {}, 1, np.zeros(1), np.zeros(0))
 
 
 @pytest.mark.parametrize("width", [0.2, 1.0, 3.0])

@@ -123,8 +123,12 @@ def test_result_json_has_the_keys_of_the_contract(fitted):
     assert set(result) == {
         *("schema", "spec", "usable", "simulated", "checks", "parameters"),
         *("gap", "cost", "solver", "seed", "versions", "sha256"),
+        *("held_exact", "set_aside"),
     }
     assert (result["schema"], result["spec"], result["simulated"]) == (1, "own", True)
+    assert result["set_aside"] == []
+    assert "S_Pl" in [one["name"] for one in result["held_exact"]]
+    assert any(check["name"] == "optimum" and check["ok"] for check in result["checks"])
     assert result["seed"] == 3
     for figures in result["parameters"].values():
         assert set(figures) >= FIGURES

@@ -12,7 +12,7 @@ import pytest
 
 from rigid.inference.derived import LEVELS, frictions, values_of
 from rigid.inference.friction_curve import FREQUENCIES
-from rigid.inference.search import search_from, settled
+from rigid.inference.search import best_of_few, search_from
 from rigid.likelihood.assemble import assemble
 from rigid.records.read import read_records
 from rigid.report.calibration.shown import PRIOR_DRAWS, heard
@@ -34,7 +34,7 @@ def test_only_what_the_records_narrow_is_heard():
     problem = assemble(spec, read_records(spec))
     rng = np.random.default_rng(66)
     before = magnitudes(problem, rng.standard_normal((PRIOR_DRAWS, problem.parameters.size)))
-    best, _ = settled(problem, 4, 5)
+    best = best_of_few(problem, 4, 5).z
     found = {}
     for kinds in (("frame", "release", "free-run"), ("release",), ()):
         masked = problem.with_weights(

@@ -7,7 +7,7 @@ from rigs import frame_problem, release_problem
 
 from rigid.inference.newton import descend, is_noise, joined, local, split
 from rigid.inference.proposal import MixtureProposal, Mode, ModeWeights
-from rigid.inference.search import AGREE, search, settled
+from rigid.inference.search import AGREE, best_of_few, search
 from rigid.inference.search_cache import Searched, once
 from rigid.io.cache import Shelf
 
@@ -110,9 +110,12 @@ def test_search_finds_the_right_optimum(release):
 
 def test_a_search_for_the_best_alone_ends_where_two_starts_agree(release):
     said = []
-    z, sensors = settled(release, 12, 5, said.append)
+    best = best_of_few(release, 12, 5, said.append)
     levels = search(release, 12, 5).levels  # of the same starts
     count = said[-1]
+    assert best.agree
+    assert best.starts == count
+    assert not best_of_few(release, 1, 5).agree
 
     def agreed(starts: int) -> bool:
         best, second = np.sort(levels[:starts])[:2]
@@ -121,7 +124,7 @@ def test_a_search_for_the_best_alone_ends_where_two_starts_agree(release):
     assert count < 12
     assert agreed(count)
     assert not any(agreed(starts) for starts in range(2, count))
-    end, z_noise = joined(release, z, sensors), np.zeros(int(is_noise(release).sum()))
+    end, z_noise = joined(release, best.z, best.standard), np.zeros(int(is_noise(release).sum()))
     level = float(local(release, jnp.asarray(end), jnp.asarray(z_noise)).value)
     assert level == pytest.approx(levels[:count].min(), abs=1e-6)
 
@@ -172,6 +175,7 @@ def test_a_search_on_disk_is_read_back_whole_and_by_its_own_run_alone(release, t
     for old, new in zip(found.problem.pieces, again.problem.pieces, strict=True):
         np.testing.assert_array_equal(old.weight, new.weight)
     np.testing.assert_array_equal(found.levels, again.levels)
+    np.testing.assert_array_equal(found.aside, again.aside)
     assert found.starts == again.starts
     assert (its_weights.log_evidence, its_weights.failed) == (-3.5, 2)
     read("b")

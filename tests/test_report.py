@@ -3,13 +3,16 @@
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
+from pathlib import Path
 
 import fake_calibration as fake
 import pytest
 from markupsafe import Markup
 
+from rigid.effects import CATALOGUE
 from rigid.io.errors import EnvironmentFaultError
 from rigid.report import wording
+from rigid.report.calibration.for_paper import references
 from rigid.report.calibration.section import KIND
 from rigid.report.content import Answer, Check, Front, KeyNumber, Published
 from rigid.report.page import Section, read_section, rebuild, write_section
@@ -85,7 +88,8 @@ def test_the_page_is_well_formed_and_fetches_nothing(page):
     found = parsed(page)
     # Files of the figures lie beside the page; they are there to be opened, none is fetched.
     assert {tag for tag, _ in found.fetched} == {"a"}
-    assert all(re.match(r"figures/[\w-]+\.(svg|pdf|png|csv)$", name) for _, name in found.fetched)
+    beside = re.compile(r"(figures/[\w-]+\.(svg|pdf|png|csv)|for-paper\.(txt|tex|bib))$")
+    assert all(beside.match(name) for _, name in found.fetched)
     assert not re.search(r"url\((?!#)|@import", page)
     assert len(found.ids) == len(set(found.ids))
     assert set(found.targets) <= set(found.ids)
@@ -258,7 +262,7 @@ def test_symbols(tex, html):
 
 
 def test_the_section_stands_without_a_page():
-    assert section(KIND, small()).html.count("<h3 id=") == 7
+    assert section(KIND, small()).html.count("<h3 id=") == 9
 
 
 def test_a_cell_bears_the_heading_of_its_column_where_columns_have_no_room(page):
@@ -266,16 +270,50 @@ def test_a_cell_bears_the_heading_of_its_column_where_columns_have_no_room(page)
         '<tr><th scope="col">A &lt;b</th><th scope="col" class="n"><small>C</small></th></tr>'
         '<tr class="x"><th scope="row">1</th><td class="n">2 <b>3</b></td></tr>'
         '<tr><th scope="row">4</th><td></td></tr>'
+        '<tr><td>5</td><th scope="row">6</th></tr>'
     )
     made = labelled(table)
     assert '<td class="n" data-label="C"><span>2 <b>3</b></span></td>' in made
     assert "<td></td>" in made
+    assert '<td data-label="A &lt;b"><span>5</span></td><th scope="row">6</th>' in made
     cards = re.findall(r'<div class="scroll cards".*?</div>', page, flags=re.DOTALL)
     assert cards
     for card in cards:
         heads = len(re.findall('<th scope="col"', card))
         for row in re.findall(r"<tr>(.*?)</tr>", card, flags=re.DOTALL)[1:]:
             assert row.count("<td") == heads - 1
+
+
+REVIEWER = Path(__file__).parents[1] / "docs" / "reviewer.md"
+
+
+def test_the_page_has_every_heading_that_a_reviewer_is_sent_to(tmp_path):
+    html = written(small(fits=fake.fits()[-1:]), tmp_path)
+    headings = re.findall(r'<h3 id="[^"]*">([^<(]*)', html)
+    rows = re.findall(r"(?m)^\| (\d+) \| [^|]* \| ([^|]*) \|$", REVIEWER.read_text("utf-8"))
+    assert [int(number) for number, _ in rows] == list(range(1, 21))
+    named = set()
+    for number, answered in rows:
+        found = {heading for heading in map(str.strip, headings) if heading in answered}
+        first = "first screen" in answered or "top of the page" in answered
+        assert found or first or "figure" in answered, number
+        named |= found
+        for part in re.findall(r"\*([^*]+)\*", answered):
+            assert part.lower() in html.lower(), part
+    assert {"Uncertainty budget", "Convergence", "Provenance", "Checks of the result"} <= named
+
+
+def test_the_paper_is_cited_once_and_other_sources_each():
+    names = ("load-cell-spring", "oil-compressibility", "frequency-dependent-friction")
+    told = references([CATALOGUE[name] for name in names])
+    assert re.findall(r"(?m)^@misc\{(.*),$", told) == [
+        "rigid",
+        "rig-paper",
+        "frequency-dependent-friction",
+    ]
+    assert r"load cell spring: eq. (8); oil compressibility: eqs. (4), (5), (9);" in told
+    assert r"k\_oil" in told
+    assert "paper, eq" not in told
 
 
 def test_backticks_are_code_and_all_else_is_text():

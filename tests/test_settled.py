@@ -1,16 +1,25 @@
 """An optimum is one: flat, near its priors, and never below that of a model which it holds."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from test_screening import CHOICE, campaign, fitted
+from test_shown import bare
 
-from rigid.inference.settled import AWAY, CHANCE, settled
+from rigid.discovery.refit import Refit
+from rigid.discovery.workflow import WIDENED, Judged, refusal
+from rigid.inference.search import search
+from rigid.inference.settled import AWAY, CHANCE, away_from_top, settled
 from rigid.localfit.ascent import refined
+from rigid.localfit.candidates import Candidate
 from rigid.localfit.expansion import Point, expanded
 from rigid.localfit.families import holding
 from rigid.localfit.hypothesis import widened
+from rigid.localfit.leave_one_out import HeldOut
 from rigid.localfit.local import Local
-from rigid.localfit.settled import state_of, unsettled
+from rigid.localfit.settled import below, labels_of, nearer_priors, state_of, unsettled
+from rigid.report.usability import optimum
 
 
 @pytest.fixture(scope="module")
@@ -27,6 +36,8 @@ def test_a_fit_of_a_right_model_is_settled(clean):
     local, _ = clean
     assert state_of(local).ok
     assert unsettled(local) == ""
+    assert optimum(state_of(local)).ok
+    assert nearer_priors(local) == []
 
 
 def test_a_fit_that_stopped_on_its_way_is_not(clean):
@@ -50,6 +61,11 @@ def test_a_number_far_from_its_prior_is_told_first():
     assert label == "kappa[free-run-1,A]"
     assert sds == pytest.approx(np.log(3.0) / np.log(1.2), abs=0.2)
     assert unsettled(local).startswith("kappa[free-run-1,A] is 6.0 prior sds above its prior")
+    assert not optimum(found).ok
+    alone, centre = nearer_priors(local)
+    at = labels_of(local.hypothesis).index("kappa[free-run-1,A]")
+    assert (alone[at], np.delete(alone, at)) == (0.0, pytest.approx(np.delete(local.w, at)))
+    assert not centre.any()
 
 
 def test_a_refit_below_the_fit_that_it_holds_is_not_settled(clean):
@@ -59,8 +75,40 @@ def test_a_refit_below_the_fit_that_it_holds_is_not_settled(clean):
     sensors = len(local.hypothesis.problem.sensors)
     w = widened(local.w, sensors, [2.0])
     begun = expanded(family, Point(local.hypothesis.plus(effect), local.layout, w, local.z_noise))
+    assert below(begun, local)
     assert "below the one without" in unsettled(begun, local)
+    assert not below(refined(begun), local)
     assert unsettled(refined(begun), local) == ""
+    one = Refit(bare(Candidate, effect=effect), local, begun, 0.0)
+    assert "not settled" in refusal(one, judged())
+    assert refusal(dataclasses.replace(one, after=refined(begun)), judged()) == ""
+
+
+def judged(gap: float = 1.0, gain: float = 5.0) -> Judged:
+    """What became of a gap of 1.0 and of two left-out parts when an effect was added."""
+    sure = np.zeros(2, dtype=bool)
+    left = HeldOut(np.zeros(2), sure), HeldOut(np.full(2, 0.5 * gain), sure)
+    return Judged((1.0, gap), (1.0, gap), left)
+
+
+def test_what_widens_the_gap_or_predicts_worse_is_not_named(clean):
+    local, _ = clean
+    one = Refit(bare(Candidate, effect=CHOICE[0]), local, local, 50.0)
+    assert refusal(one, judged()) == ""
+    assert refusal(one, judged(gap=1.0 + 0.5 * WIDENED)) == ""
+    assert "from 1.0000 to 1.0600" in refusal(one, judged(gap=1.06))
+    assert "predicted worse" in refusal(one, judged(gain=-0.3))
+
+
+def test_a_search_tells_whether_its_best_optimum_is_one():
+    """Of a right model it is; on a slope, or far from a prior, it is not."""
+    problem = campaign(402)
+    good = search(problem, 2, 1)
+    assert good.settled.ok
+    stopped = dataclasses.replace(good.optima[0], away=3.0)
+    assert "3.0 posterior sds" in dataclasses.replace(good, optima=(stopped,)).settled.why
+    wrong = search(campaign(403, **{"kappa[free-run-1,A]": 0.6}), 2, 1)
+    assert wrong.settled.far[0][0] == "kappa[free-run-1,A]"
 
 
 def test_where_an_effects_own_amplitude_ends_is_left_to_who_weighs_it(clean):
@@ -77,9 +125,7 @@ def test_where_an_effects_own_amplitude_ends_is_left_to_who_weighs_it(clean):
 def test_the_limit_is_passed_by_chance_as_rarely_as_it_says():
     """A tenth of the draws of 50,000 right models would be too many to be told from CHANCE."""
     rng, n, size = np.random.default_rng(5), 50_000, 20
-    eye, none = np.eye(size), np.zeros(size)
-    labels = [str(i) for i in range(size)]
-    limit = settled(labels, none, none, eye).limit
+    limit = settled([str(i) for i in range(size)], np.zeros(size), 0.0).limit
     far = np.sum(np.abs(rng.standard_normal((n, size))).max(axis=1) > limit)
     assert abs(far - n * CHANCE) < 4.0 * np.sqrt(n * CHANCE)  # Poisson, 4 sds
     spread = np.abs(1.5 * rng.standard_normal((n, size))).max(axis=1) > limit  # a wrong prior
@@ -92,5 +138,4 @@ def test_a_bound_on_every_number(clean):
     g = np.random.default_rng(1).standard_normal(len(local.w))
     step = local.covariance @ g
     sds = np.abs(step) / np.sqrt(np.diag(local.covariance))
-    found = settled([str(i) for i in range(len(g))], np.zeros(len(g)), g, local.information)
-    assert sds.max() <= found.away
+    assert sds.max() <= away_from_top(g, local.information)

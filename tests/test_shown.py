@@ -29,7 +29,7 @@ from rigid.localfit.where import Where
 from rigid.report.discovery.figures.against import against_figure
 from rigid.report.discovery.figures.hidden import hidden_figure
 from rigid.report.discovery.figures.residuals import residuals_figure
-from rigid.report.discovery.lead import SHOWN, lead, told_moves, would_show
+from rigid.report.discovery.lead import SHOWN, lead, ruling, told_moves, would_show
 from rigid.report.discovery.present import bets
 from rigid.report.discovery.residuals import against, line_sizes, residuals
 from rigid.report.discovery.section import Moved
@@ -269,7 +269,7 @@ def test_the_answer_speaks_of_every_step():
     worded = tuple(bare(Candidate, effect=effect) for effect in CATALOGUE.values())
     steps = tuple(
         bare(
-            Step, verdict=verdict, chosen=name, judged=None, next_record=record,
+            Step, verdict=verdict, chosen=name, judged=None, next_record=record, refused={},
             explained=bare(Explained, p_value=0.004, listed=worded),
             probability={"nothing": 0.01, "unnamed": 0.1, name: 0.7, other: 0.19},
         )
@@ -287,3 +287,17 @@ def test_the_answer_speaks_of_every_step():
     assert "0.4 % of campaigns" in said["How sure?"][0]
     [following] = said["What next?"]
     assert "take a free run." in following
+
+
+def test_an_effect_that_fails_a_check_is_told_with_its_reason_and_not_named():
+    refused = {"piston-leakage": "the gap grows with it, from 1.19 to 1.27"}
+    step = bare(
+        Step, verdict="unnamed", chosen=None, judged=None, next_record=None, refused=refused,
+        explained=bare(Explained, p_value=0.004, listed=()),
+        probability={"nothing": 0.01, "unnamed": 0.1, "piston-leakage": 0.7},
+        place=Where("free-run-1", "A", "pressure", None, None),
+    )  # fmt: skip
+    outcome = bare(Outcome, steps=(step,))
+    [what] = dict(lead(outcome, None))["What is it?"]
+    assert "(probability 0.70) but is not named: the gap grows with it" in what
+    assert "Missing:" not in ruling(outcome)

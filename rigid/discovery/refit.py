@@ -13,6 +13,7 @@ from rigid.localfit.evidence import amplitudes, most_probable
 from rigid.localfit.expansion import Point, Program, expand
 from rigid.localfit.hypothesis import Hypothesis, widened
 from rigid.localfit.local import Local
+from rigid.localfit.settled import below, nearer_priors, unsettled
 
 MOST = 3
 """Effects that are fitted in full, at most."""
@@ -35,6 +36,11 @@ class Refit:
     after: Local
     log_bayes: float
 
+    @property
+    def unsettled(self) -> str:
+        """Why the fit with the effect cannot be believed, in a sentence; empty where it can."""
+        return unsettled(self.after, self.before)
+
 
 def worth_refitting(evidence: Mapping[str, float], alone: Mapping[str, float]) -> list[str]:
     """Names of the effects to fit in full, the best first.
@@ -52,7 +58,8 @@ def worth_refitting(evidence: Mapping[str, float], alone: Mapping[str, float]) -
 def refit(fit: Fitted, found: Explained, name: str) -> Refit:
     """Fit the model with the effect `name` added, from its best candidate on.
 
-    - `fit`: without it.
+    - `fit`: without it. Where it has left the priors, for want of the effect perhaps, the refit
+      begins nearer to them, too; where it ends below the fit without the effect, at its absence.
     """
     base, number = fit.local, found.best_of(name)
     candidate = found.listed[number]
@@ -64,24 +71,41 @@ def refit(fit: Fitted, found: Explained, name: str) -> Refit:
         before = refined(before, chord, BEFORE_STEPS)
     extended = base.hypothesis.plus(candidate.effect, candidate.only, candidate.laws)
     more = _beginning(found, number, extended)
-    sensors = len(base.layout.problem.sensors)
-    w = widened(before.w, sensors, more)
     program = Program(family, kept=before.design if chord else None)
-    (start,) = expand(program, [Point(extended, base.layout, w, before.z_noise)])
-    after = refined(start, chord)
+
+    def led(w: np.ndarray, own: list[float]) -> Local:
+        w = widened(w, len(base.layout.problem.sensors), own)
+        (start,) = expand(program, [Point(extended, base.layout, w, before.z_noise)])
+        return refined(start, chord)
+
+    ends = [led(w, more) for w in (before.w, *nearer_priors(before))]
+    after = max(ends, key=_height)
+    if below(after, before):
+        absent = led(before.w, _beginning(found, number, extended, absent=True))
+        after = max(after, absent, key=_height)
     places = len({one.only for one in found.listed if one.effect is candidate.effect})
     return Refit(
         candidate, before, after, after.log_evidence - before.log_evidence - float(np.log(places))
     )
 
 
-def _beginning(found: Explained, number: int, extended: Hypothesis) -> list[float]:
-    """Standard normal quantiles of an added effect's parameters at its best candidate."""
+def _height(local: Local) -> float:
+    """Log-posterior of a fit, least where it is no number."""
+    return local.value if np.isfinite(local.value) else -np.inf
+
+
+def _beginning(
+    found: Explained, number: int, extended: Hypothesis, absent: bool = False
+) -> list[float]:
+    """Standard normal quantiles of an added effect's parameters at its best candidate.
+
+    - `absent`: with its amplitude as near to absence as its prior goes.
+    """
     one = found.listed[number]
     slope = float(found.screening.slope[number])
     information = float(found.screening.information[number, number])
     quantile = most_probable(slope, information, amplitudes(one.law, one.absent))
-    amplitude = one.departure(quantile)
+    amplitude = one.absent if absent else one.departure(quantile)
     values = dict(one.shape) | {one.amplitude: amplitude}
     out = []
     for parameter in extended.brought_by(one.effect):

@@ -140,6 +140,7 @@ class AbstractEffect(eqx.Module):
     - `beat`: of an effect that beats with the pump, the label of its frequency [Hz]. The angle at
       which the pump stood is a number of each record's own.
     - `threshold`: of an effect that sets in at a pressure, the label of it [Pa].
+    - `exact`: what it takes for exactly known beside its fixed parameters, for readers.
     """
 
     name: eqx.AbstractClassVar[str]
@@ -152,6 +153,7 @@ class AbstractEffect(eqx.Module):
     bristle: ClassVar[bool] = False
     beat: ClassVar[str | None] = None
     threshold: ClassVar[str | None] = None
+    exact: ClassVar[str] = ""
 
     @abstractmethod
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:

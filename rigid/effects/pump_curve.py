@@ -30,6 +30,7 @@ class PumpCurve(AbstractEffect):
     phrase: ClassVar[str] = "the pump delivers less at high pressure"
     source: ClassVar[str] = "paper, eq. (22) as printed, pressures in bar there"
     steady: ClassVar[bool] = True
+    exact: ClassVar[str] = "what the pump delivers at each pressure, of which kappa is the fraction"
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the flow of the pump with the valve fully open."""

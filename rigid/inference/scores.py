@@ -34,6 +34,19 @@ def _slopes(problem: Problem, predictions: list, sensors: dict, z: Array) -> lis
     return out
 
 
+def residuals(problem: Problem, z: np.ndarray) -> np.ndarray:
+    """Recorded less expected at z (size,), in the order of `set_aside.readings_of` (n,)."""
+    [(predictions, _)] = in_batches(predict, problem, z[None])
+    [(found, _)] = in_batches(evaluate, problem, z[None])
+    out = []
+    for piece in problem.pieces:
+        for i, track in enumerate(piece.tracks):
+            gain, zero = found.sensors[piece.sensor(i)][:2, 0]
+            reading = predictions[piece.group][piece.quantity][:, track, 0]
+            out.append(np.asarray(piece.data)[:, i] - (1.0 + gain) * reading - zero)
+    return np.concatenate(out)
+
+
 def score_correlation(
     problem: Problem, z: np.ndarray
 ) -> dict[tuple[int, str, int], Autoregression]:

@@ -13,11 +13,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rigid.inference.newton import descend, is_noise, joined, split
-from rigid.inference.scores import score_correlation, weighted
+from rigid.inference.newton import Local, descend, is_noise, joined, split
+from rigid.inference.scores import residuals, score_correlation, weighted
+from rigid.inference.settled import Settled, away_from_top, settled
 from rigid.io.errors import InputError
 from rigid.likelihood.correlation import Autoregression
 from rigid.likelihood.problem import Problem, log_density
+from rigid.likelihood.set_aside import readings_of, set_aside, without
 
 KEEP_WITHIN = 40.0
 """Optima that lie further below the best in log-posterior have a weight below 1e-17."""
@@ -37,6 +39,7 @@ class Optimum:
     - `z` (size,); `standard` (sensors, 2): gains and zeros there.
     - `covariance` (size, size): of the Gaussian law around it.
     - `log_posterior`: at `z`. - `reached`: number of starts that ended there.
+    - `away` [posterior sds]: no number was further from the top of the expansion there.
     """
 
     z: np.ndarray
@@ -44,6 +47,7 @@ class Optimum:
     covariance: np.ndarray
     log_posterior: float
     reached: int
+    away: float
 
 
 @dataclasses.dataclass(frozen=True)
@@ -54,6 +58,7 @@ class Found:
     - `correlation`: by (group, quantity, track), of the scores at the best optimum.
     - `starts`: how many there were. - `levels` (starts,): what each reached, as minus the
       log-posterior.
+    - `aside` (n,): samples that do not count, in the order of `set_aside.readings_of`.
     """
 
     problem: Problem
@@ -61,6 +66,16 @@ class Found:
     correlation: dict[tuple[int, str, int], Autoregression]
     starts: int
     levels: np.ndarray
+    aside: np.ndarray
+
+    @property
+    def settled(self) -> Settled:
+        """Whether the best optimum is one: flat, and near the priors of its numbers."""
+        problem, best = self.problem, self.optima[0]
+        free = [p.label for p in problem.parameters.sampled if p.base != "noise"]
+        sensors = [f"{part}[{s}]" for s in problem.sensors for part in ("gain", "zero")]
+        w = joined(problem, best.z, best.standard)
+        return settled([*free, *sensors], w, best.away)
 
 
 def compile_programs(problem: Problem) -> None:
@@ -74,18 +89,32 @@ def compile_programs(problem: Problem) -> None:
         density.result()
 
 
-def settled(
+class Best(NamedTuple):
+    """The best optimum alone.
+
+    - `z` (size,): noise levels at the centre of their priors. - `standard` (sensors, 2): gains and
+      zeros on their standard scale. - `starts`: how many there were. - `agree`: whether two of them
+      ended there.
+    """
+
+    z: np.ndarray
+    standard: np.ndarray
+    starts: int
+    agree: bool
+
+
+def best_of_few(
     problem: Problem, starts: int, seed: int, report: Callable[[int], None] = lambda _: None
-) -> tuple[np.ndarray, np.ndarray]:
+) -> Best:
     """Find the best optimum alone, from as few starts as settle it: until two of them agree.
 
-    Returns z (size,), noise levels at the centre of their priors, and gains and zeros
-    (sensors, 2) on their standard scale. `starts`: at most; `report(done)` after each.
+    - `starts`: at most; `report(done)` after each.
 
     Raises InputError where no start leads anywhere.
     """
     first, (z_noise, zero) = prior_draws(problem, starts, seed), _centre(problem)
     ends: list[tuple[float, np.ndarray]] = []
+    done, agree = 0, False
     for done, z in enumerate(first, start=1):
         end, there = descend(problem, joined(problem, z, zero), z_noise)
         report(done)
@@ -93,14 +122,15 @@ def settled(
             continue
         ends.append((float(there.value), end))
         ends.sort(key=lambda one: one[0])
-        if len(ends) > 1 and ends[1][0] < ends[0][0] + AGREE:
+        agree = len(ends) > 1 and ends[1][0] < ends[0][0] + AGREE
+        if agree:
             break
     if not ends:
         raise InputError(
             "no start of the search led to a finite likelihood; look at units and valve programmes"
         )
     z, standard = split(problem, ends[0][1], z_noise)
-    return np.asarray(z), np.asarray(standard)
+    return Best(np.asarray(z), np.asarray(standard), done, agree)
 
 
 def prior_draws(problem: Problem, count: int, seed: int) -> np.ndarray:
@@ -161,31 +191,48 @@ class End(NamedTuple):
 
 
 def _refined(problem: Problem, ends: list[End], levels: np.ndarray, z_noise: np.ndarray) -> Found:
-    """Bring noise and correlation up to date at the best end, then refine all good ends."""
+    """Bring noise and correlation up to date at the best end, then refine all good ends.
+
+    What then stands off its neighbours, or beyond a sensor's range, is set aside.
+    """
     best = ends[int(np.argmin(levels))].w
-    plain = problem
+    plain, aside = problem, np.zeros(sum(p.data.size for p in problem.pieces), dtype=bool)
     for _ in range(REFINEMENTS):
         z, standard = (np.asarray(part) for part in split(plain, best, z_noise))
         z = fit_noise(plain, z)
+        more = _aside(plain, z)
+        if more.any():
+            aside |= more
+            plain = without(plain, more)
+            z = fit_noise(plain, z)
         z_noise = z[is_noise(plain)]
         correlation = score_correlation(plain, z)
         problem = weighted(plain, correlation)
         best = descend(problem, joined(plain, z, standard), z_noise)[0]
     good = [end for end, level in zip(ends, levels, strict=True) if np.isfinite(level)]
     optima = [
-        _optimum(problem, end, reached, known, z_noise)
-        for end, reached, known in _distinct(problem, [End(best, 0), *good], z_noise)
+        _optimum(problem, end, reached, there, z_noise)
+        for end, reached, there in _distinct(problem, [End(best, 0), *good], z_noise)
     ]
     optima.sort(key=lambda o: -o.log_posterior)
     kept = tuple(o for o in optima if o.log_posterior > optima[0].log_posterior - KEEP_WITHIN)
     every = np.repeat(levels, [end.starts for end in ends])
-    return Found(problem, kept, correlation, len(every), every)
+    return Found(problem, kept, correlation, len(every), every, aside)
+
+
+def _aside(problem: Problem, z: np.ndarray) -> np.ndarray:
+    """Samples that do not count at z (n,)."""
+    listed = problem.parameters
+    placed = [*zip(listed.sampled, z, strict=True), *((p, 0.0) for p in listed.known)]
+    level = {p.label: float(p.law.from_standard(at)) for p, at in placed if p.base == "noise"}
+    sigma = np.array([level[f"noise[{s}]"] for s in problem.sensors])
+    return set_aside(readings_of(problem, sigma), residuals(problem, z))
 
 
 def _distinct(problem: Problem, ends: list[End], z_noise: np.ndarray) -> list[list]:
     """Refine the first end and all that are no copies of it, a core each.
 
-    Returns end, number of starts that reached it and information, for each that is good enough.
+    Returns end, number of starts that reached it and expansion, for each that is good enough.
     """
     found: list[list] = []
     floor, cores = np.inf, os.cpu_count() or 1
@@ -201,7 +248,7 @@ def _distinct(problem: Problem, ends: list[End], z_noise: np.ndarray) -> list[li
                     floor = min(floor, there.value)
                     near = _copy_of(found, w)
                     if near is None and there.value < floor + KEEP_WITHIN:
-                        near = [w, 0, there.information]
+                        near = [w, 0, there]
                         found.append(near)
                 if near is not None:
                     near[1] += end.starts
@@ -210,7 +257,7 @@ def _distinct(problem: Problem, ends: list[End], z_noise: np.ndarray) -> list[li
 
 def _copy_of(found: list[list], w: np.ndarray) -> list | None:
     """Return the end that w is a copy of."""
-    return next((f for f in found if _distance(f[0], w, f[2]) < SAME_WITHIN), None)
+    return next((f for f in found if _distance(f[0], w, f[2].information) < SAME_WITHIN), None)
 
 
 def _distance(a: np.ndarray, b: np.ndarray, known: np.ndarray) -> float:
@@ -219,16 +266,17 @@ def _distance(a: np.ndarray, b: np.ndarray, known: np.ndarray) -> float:
 
 
 def _optimum(
-    problem: Problem, w: np.ndarray, reached: int, known: np.ndarray, z_noise: np.ndarray
+    problem: Problem, w: np.ndarray, reached: int, there: Local, z_noise: np.ndarray
 ) -> Optimum:
     """Lay the Gaussian law around an end of the solver."""
     z, standard = (np.asarray(part) for part in split(problem, w, z_noise))
     covariance = np.zeros((len(z), len(z)))
     free, noisy = np.flatnonzero(~is_noise(problem)), np.flatnonzero(is_noise(problem))
+    gradient, known = np.asarray(there.gradient), np.asarray(there.information)
     covariance[np.ix_(free, free)] = np.linalg.inv(known)[: len(free), : len(free)]
     covariance[noisy, noisy] = 1.0 / np.maximum(noise_curvature(problem, z)[1], 1.0)
     value = float(log_density(problem, z[None])[0])
-    return Optimum(z, standard, covariance, value, reached)
+    return Optimum(z, standard, covariance, value, reached, away_from_top(gradient, known))
 
 
 def noise_curvature(problem: Problem, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -262,4 +310,4 @@ def refit(problem: Problem, found: Found) -> Optimum:
     best = found.optima[0]
     z_noise = best.z[is_noise(problem)]
     end, there = descend(problem, joined(problem, best.z, best.standard), z_noise)
-    return _optimum(problem, end, 0, np.asarray(there.information), z_noise)
+    return _optimum(problem, end, 0, there, z_noise)

@@ -10,6 +10,7 @@ from rigid.inference.search import Found, Optimum
 from rigid.io.cache import Shelf
 from rigid.likelihood.correlation import Autoregression
 from rigid.likelihood.problem import Problem
+from rigid.likelihood.set_aside import without
 
 NAME = "search"
 
@@ -36,5 +37,6 @@ def once(shelf: Shelf, problem: Problem, make: Callable[[], Searched]) -> Search
         made = make()
         shelf.put(NAME, made._replace(found=replace(made.found, problem=problem)), known)
         return made
-    found = replace(there.found, problem=weighted(problem, there.found.correlation))
+    plain = without(problem, there.found.aside)
+    found = replace(there.found, problem=weighted(plain, there.found.correlation))
     return there._replace(found=found)

@@ -107,6 +107,7 @@ class Result:
 
     - `solver`: what the full solve by diffrax says of the fast one.
     - `preliminary`: whether it is that of the search, before the chain has run.
+    - `taken`: entries `held_exact` and `set_aside`.
     """
 
     spec: str
@@ -120,6 +121,7 @@ class Result:
     sha256: Mapping[str, str] = field(default_factory=dict)
     solver: Mapping[str, Any] | None = None
     preliminary: bool = False
+    taken: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def usable(self) -> bool:
@@ -145,6 +147,7 @@ class Result:
             "seed": self.seed,
             "versions": self.versions,
             "sha256": self.sha256,
+            **self.taken,
         }
         return _plain(plain | ({"preliminary": True} if self.preliminary else {}))
 

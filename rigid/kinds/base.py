@@ -62,6 +62,7 @@ class RecordKind:
       what it exceeds at some time [SI]; `travels`: how far it moves at least, if it moves [SI].
     - `stands_out`: channels that rise clearly above their noise.
     - `excites`: what moves the plunger in it, by its name in figures; empty where none is drawn.
+    - `exact`: what of such a record is taken for exactly known, for readers.
     """
 
     name: ClassVar[str]
@@ -84,6 +85,7 @@ class RecordKind:
     travels: ClassVar[Mapping[str, float]] = {}
     stands_out: ClassVar[tuple[str, ...]] = ()
     excites: ClassVar[str] = ""
+    exact: ClassVar[str] = "instants of samples and of the valve"
 
     @classmethod
     def fault(cls, record: Stated) -> str:  # noqa: ARG003

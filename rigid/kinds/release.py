@@ -24,3 +24,4 @@ class Release(RecordKind):
     must_move: ClassVar[tuple[str, ...]] = ("acceleration", "load")
     stands_out: ClassVar[tuple[str, ...]] = ("acceleration",)
     excites: ClassVar[str] = "release"
+    exact: ClassVar[str] = "that the strap of a release lets go at once"

@@ -13,6 +13,7 @@ from jax import Array
 from rigid.likelihood import noise
 from rigid.likelihood.channels import SensorSheet
 from rigid.likelihood.problem import Problem
+from rigid.likelihood.set_aside import Aside, listed
 from rigid.localfit.families import Swept
 
 
@@ -180,3 +181,8 @@ def terms(layout: Layout, residual: np.ndarray, sigma: np.ndarray) -> Terms:
 def data_of(layout: Layout) -> np.ndarray:
     """What was read, (n,)."""
     return np.concatenate([np.asarray(p.data).T.ravel() for p in layout.problem.pieces])
+
+
+def aside_of(layout: Layout) -> tuple[Aside, ...]:
+    """Samples that were read but do not count, by channel."""
+    return listed(layout.problem, lay_out(layout.problem).read & ~layout.read)

@@ -8,13 +8,33 @@ which ends lower has not found its optimum.
 
 import numpy as np
 
-from rigid.inference.settled import Settled, settled
+from rigid.inference.settled import Settled, away_from_top, settled
 from rigid.localfit.expansion import added_size
+from rigid.localfit.hypothesis import Hypothesis
 from rigid.localfit.local import Local
 
 NEAR_ABSENCE = 8.0
 """Nats that the prior takes for an effect that is as good as absent: four sds of an amplitude whose
 order of magnitude is not known, a ten-thousandth of the usual one."""
+
+
+def labels_of(hypothesis: Hypothesis) -> list[str]:
+    """Labels of the entries of w: numbers of the model, then gain and zero of every sensor."""
+    sensors = (f"{part}[{s}]" for s in hypothesis.problem.sensors for part in ("gain", "zero"))
+    return [*hypothesis.labels, *sensors]
+
+
+def nearer_priors(local: Local) -> list[np.ndarray]:
+    """Other places w (size,) to begin from where a fit has left the priors; none where it has not.
+
+    With the numbers that are too far at the centres of their priors, and with all numbers there:
+    what a missing effect has pulled away does not find back along the slope it was led down.
+    """
+    far = {label for label, _ in state_of(local).far}
+    if not far:
+        return []
+    away = np.array([label in far for label in labels_of(local.hypothesis)])
+    return [np.where(away, 0.0, local.w), np.zeros(len(local.w))]
 
 
 def state_of(local: Local) -> Settled:
@@ -23,12 +43,10 @@ def state_of(local: Local) -> Settled:
     What an added effect's own numbers are far from is its absence, and is left to who weighs it:
     they count for the gradient alone.
     """
-    hypothesis = local.hypothesis
-    sensors = [f"{part}[{s}]" for s in hypothesis.problem.sensors for part in ("gain", "zero")]
-    labels = [*hypothesis.labels, *sensors]
-    whole = settled(labels, local.w, local.gradient, local.information)
+    hypothesis, away = local.hypothesis, away_from_top(local.gradient, local.information)
+    whole = settled(labels_of(hypothesis), local.w, away)
     base, added = len(hypothesis.parameters), added_size(hypothesis)
-    own = set(labels[base - added : base])
+    own = set(hypothesis.labels[base - added : base])
     far = tuple((label, sds) for label, sds in whole.far if label not in own)
     return Settled(whole.away, far, whole.limit)
 
@@ -40,9 +58,16 @@ def unsettled(local: Local, without: Local | None = None) -> str:
       effects that can be absent.
     """
     why = state_of(local).why
-    if without is not None and np.array_equal(without.layout.weight, local.layout.weight):
+    if without is not None and below(local, without):
         lost = without.value - local.value
-        if lost > NEAR_ABSENCE * max(len(local.hypothesis.added), 1):
-            said = f"the fit lies {lost:.0f} nats below the one without what was added"
-            why = f"{why}; {said}" if why else said
+        said = f"the fit lies {lost:.0f} nats below the one without what was added"
+        why = f"{why}; {said}" if why else said
     return why
+
+
+def below(local: Local, without: Local) -> bool:
+    """Whether a fit lies below one that it holds, by more than the prior takes for absence."""
+    if not np.array_equal(without.layout.weight, local.layout.weight):
+        return False
+    more = len(local.hypothesis.added) - len(without.hypothesis.added)
+    return without.value - local.value > NEAR_ABSENCE * max(more, 1)

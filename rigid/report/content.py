@@ -209,6 +209,7 @@ class Content:
     - `simulated`: the page and every figure say so.
     - `checks`: what must hold for the result to be used.
     - `drawn`: figures that come with the content, with the place of each.
+    - `taken`: what was held exact and what was set aside, a sentence each.
     """
 
     title: str
@@ -217,6 +218,7 @@ class Content:
     provenance: Provenance
     checks: tuple[Check, ...] = ()
     drawn: tuple[tuple[str, Illustration], ...] = ()
+    taken: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

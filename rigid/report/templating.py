@@ -15,25 +15,27 @@ FOLDER = Path(__file__).parent
 _TAG = re.compile(r"<[^>]*>")
 _HEAD = re.compile(r'<th scope="col"[^>]*>(.*?)</th>', re.DOTALL)
 _ROW = re.compile(r"<tr.*?</tr>", re.DOTALL)
-_CELL = re.compile(r"<td([^>]*)>(.*?)</td>", re.DOTALL)
+_CELL = re.compile(r"<(th|td)([^>]*)>(.*?)</\1>", re.DOTALL)
 _CODE = re.compile(r"`([^`]+)`")
 
 
 def labelled(table: Markup) -> Markup:
     """A table whose cells bear the heading of their column, for pages too narrow for columns.
 
-    - `table`: rows of a `<th scope="row">` and a `<td>` for each further column.
+    - `table`: rows of as many cells as there are headings; the `<th>` of a row needs none.
     """
     heads = [_TAG.sub("", head).strip() for head in _HEAD.findall(table)]
     return Markup(_ROW.sub(partial(_labelled_row, heads), str(table)))
 
 
 def _labelled_row(heads: list[str], row: re.Match[str]) -> str:
-    columns = iter(heads[1:])
+    columns = iter(heads)
 
     def cell(found: re.Match[str]) -> str:
-        label, (look, text) = next(columns), found.groups()
-        return f'<td{look} data-label="{label}"><span>{text}</span></td>' if text else found[0]
+        label, (tag, look, text) = next(columns), found.groups()
+        if tag == "th" or not text:
+            return found[0]
+        return f'<td{look} data-label="{label}"><span>{text}</span></td>'
 
     return _CELL.sub(cell, row[0])
 

@@ -1,9 +1,10 @@
-"""From what size on residuals forbid the use of a result: one rule for fit, laws and discover."""
+"""What forbids the use of a result, residuals and optima: one rule for fit, laws and discover."""
 
 from collections.abc import Mapping
 
 import numpy as np
 
+from rigid.inference.settled import Settled
 from rigid.inference.summary import Check
 from rigid.localfit.leave_one_out import gap
 from rigid.localfit.local import Local
@@ -27,6 +28,11 @@ def residuals(overall: float, channels: Mapping[str, float]) -> Check:
         f"{channels[worst]:.2f} times in {worst} (limit {MOST_CHANNEL_GAP})"
     )
     return Check("residuals", ok, said)
+
+
+def optimum(found: Settled) -> Check:
+    """Whether the place where a search or a refit ended can be believed to be its optimum."""
+    return Check("optimum", found.ok, found.says)
 
 
 def residuals_of(local: Local) -> Check:

@@ -7,8 +7,6 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from rigid.discovery.signatures import KEPT
 from rigid.discovery.unmodelled import SORTS
 from rigid.discovery.workflow import Outcome, Running
@@ -16,7 +14,7 @@ from rigid.discovery.workflow import discover as work
 from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.inference.calibrate import fingerprint
 from rigid.inference.reference_check import SolverCheck
-from rigid.inference.search import settled
+from rigid.inference.search import Best, best_of_few
 from rigid.io.cache import Shelf
 from rigid.io.cli import Options, progress, reach, say
 from rigid.io.files import write_text
@@ -24,6 +22,7 @@ from rigid.likelihood.assemble import given_laws
 from rigid.likelihood.effect_lookup import effects_named, marks
 from rigid.likelihood.problem import Problem
 from rigid.localfit.reference_check import against_reference
+from rigid.localfit.settled import state_of
 from rigid.records.record import Record
 from rigid.report.content import Check
 from rigid.report.discovery import compared, output
@@ -32,14 +31,14 @@ from rigid.report.discovery.section import KIND
 from rigid.report.discovery.terminal import table
 from rigid.report.made import made
 from rigid.report.section import write_report
-from rigid.report.usability import residuals_of
+from rigid.report.usability import optimum, residuals_of
 from rigid.spec import Spec, parse_spec
 
 if TYPE_CHECKING:
     from rigid.study.study import Study
 
-STARTS = 4
-"""Starts of the search, at most: a fit in earnest takes more."""
+STARTS = 8
+"""Starts of the search, at most: mostly the first two agree."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,12 +61,14 @@ class Discovery:
     """What was found missing.
 
     - `question`; `outcome`: all that was weighed; `seed`.
+    - `starts`: whether starts of the search agreed.
     - `folder`: where the files are to lie; None: nowhere, files are named from the spec's folder.
     """
 
     question: Question
     outcome: Outcome
     seed: int
+    starts: Check
     folder: Path | None = None
 
     @property
@@ -110,8 +111,9 @@ class Discovery:
             extended = self.folder / output.SPEC_NAME
         told = output.as_dict(self._spec, self.outcome, extended)
         solver = None if self.solver is None else self.solver.values()
-        residuals = residuals_of(self.outcome.final)
-        checks = [residuals] if self.solver is None else [residuals, self.solver.check]
+        final = self.outcome.final
+        checks = [self.starts, residuals_of(final), optimum(state_of(final))]
+        checks += [] if self.solver is None else [self.solver.check]
         return told | {
             "usable": all(one.ok for one in checks),
             "checks": [{"name": c.name, "ok": bool(c.ok), "says": c.says} for c in checks],
@@ -181,12 +183,21 @@ def answer(asked: Question, seed: int, options: Options) -> Discovery:
     """
     spec = asked.spec
     shelf = Shelf(options.out, _mark(asked, seed), options.resume)
-    found = shelf.once("discovery-search", lambda: _best(asked, seed, options))
+    found = shelf.once("discovery-search", lambda: _best(asked, seed, options), (Best,))
     running = Running(seed, lambda text: say(options, text), shelf)
-    best = found["z"], found["standard"]
+    best = found.z, found.standard
     outcome = work(asked.problem, best, asked.effects, given_laws(spec), running)
     shelf.clear(KEPT)  # tens of megabytes that only a run under way needs
-    return Discovery(asked, outcome, seed, options.out)
+    return Discovery(asked, outcome, seed, _agreement(found), options.out)
+
+
+def _agreement(found: Best) -> Check:
+    """Whether the search is to be believed: two of its starts ended in one place."""
+    agree = "two" if found.agree else "no two"
+    said = f"{agree} of {found.starts} starts ended in the best optimum"
+    if found.starts == 1:
+        said = "one start alone: none could disagree"
+    return Check("starts", found.agree or found.starts == 1, said)
 
 
 def _mark(asked: Question, seed: int) -> dict[str, str]:
@@ -203,9 +214,8 @@ def _mark(asked: Question, seed: int) -> dict[str, str]:
     )
 
 
-def _best(asked: Question, seed: int, options: Options) -> dict[str, np.ndarray]:
-    """Gaussian scale and standard sensors of the best fit, with a progress bar."""
+def _best(asked: Question, seed: int, options: Options) -> Best:
+    """Search the best fit, with a progress bar."""
     starts = min(asked.spec.sampler.starts, STARTS)
     with progress(options, "starts", starts) as bar:
-        z, standard = settled(asked.problem, starts, seed, partial(reach, bar))
-    return {"z": z, "standard": standard}
+        return best_of_few(asked.problem, starts, seed, partial(reach, bar))

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rigid import __version__
+from rigid.effects import AbstractEffect
 from rigid.inference.calibrate import Calibrated
 from rigid.inference.summary import Result
 from rigid.io.files import write_text
@@ -18,6 +19,8 @@ from rigid.spec import Spec
 
 WIDTH = 92
 PAPER_KEY, SOFTWARE_KEY = "rig-paper", "rigid"
+PRINTED_THERE = "paper, "
+"""Begins the source of an effect that the paper of the rig prints."""
 TITLE = (
     "On the influence of the hydraulic characteristics of the rig during full-scale compression "
     "and indentation tests on sea ice"
@@ -59,7 +62,7 @@ def for_paper(
         methods=methods(spec, done, found),
         results=results(spec, found, numbers, choices),
         latex=table(spec, numbers),
-        bibtex=references(done),
+        bibtex=references(done.problem.effects),
     )
 
 
@@ -141,7 +144,7 @@ def table(spec: Spec, numbers: Sequence[KeyNumber]) -> str:
 """
 
 
-def references(done: Calibrated) -> str:
+def references(effects: Sequence[type[AbstractEffect]]) -> str:
     """BibTeX of this software, of the paper of the rig, and of the sources of the effects."""
     version = f"{__version__}" + (f", commit {commit()}" if commit() else "")
     entries = [
@@ -153,13 +156,19 @@ def references(done: Calibrated) -> str:
             note=f"Software, version {version}, Apache License 2.0",
         ),
     ]
-    if done.problem.of_the_rig:
-        entries.append(_entry("misc", PAPER_KEY, title=f"{{{TITLE}}}", note="Equations of the rig"))
-    for effect in done.problem.effects:
-        entries.append(
-            _entry("misc", f"effect-{effect.name}", title=f"{{{effect.name.replace('-', ' ')}}}",
-                   note=f"Source: {latex(effect.source)}")
-        )  # fmt: skip
+    listed = [(e.name.replace("-", " "), e.source) for e in effects]
+    printed = [(name, source) for name, source in listed if source.startswith(PRINTED_THERE)]
+    if printed:
+        equations = "; ".join(f"{name}: {s.removeprefix(PRINTED_THERE)}" for name, s in printed)
+        said = latex(f"Equations of the rig. {equations}")
+        # BibTeX passes over what stands outside of an entry.
+        entries.append("Authors and year are to be added; this program does not have them.")
+        entries.append(_entry("misc", PAPER_KEY, title=f"{{{TITLE}}}", note=said))
+    entries += [
+        _entry("misc", name.replace(" ", "-"), title=f"{{{name}}}", note=latex(f"Source: {source}"))
+        for name, source in listed
+        if (name, source) not in printed
+    ]
     return "\n".join(entries)
 
 

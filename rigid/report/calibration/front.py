@@ -18,9 +18,11 @@ NEXT = {
     "residuals": "Run `rigid discover` on this spec: it says where records and model disagree and "
     "which effect is missing. The worst record is named in the check; leave it out (`fit = false`) "
     "to see whether it alone is at fault.",
-    "converged": "Run again with --resume and a larger `max_steps` in [sampler]; more starts help "
-    "where the ensembles are in different modes.",
-    "starts": "Raise `starts` in [sampler]: the best optimum was found too rarely to be trusted.",
+    "converged": "Run again with `--resume` and a larger `max_steps` in `[sampler]`; more starts "
+    "help where the ensembles are in different modes.",
+    "starts": "Raise `starts` in `[sampler]`: the best optimum was found too rarely to be trusted.",
+    "optimum": "Look at the number that is named first: its prior may be wrong, or the model lacks "
+    "something that pulls it away; `rigid discover` on this spec says what could be missing.",
     "mode weights": "The weights of the modes are not reliable: take a record that tells the modes "
     "apart, or narrow the prior that admits them.",
     "solver": "The fast solver's error matters here: take diffrax in its place, "

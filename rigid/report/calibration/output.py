@@ -24,8 +24,10 @@ from rigid.inference.friction_curve import FREQUENCIES
 from rigid.inference.posterior import chain_coords, save_posterior
 from rigid.inference.summary import Check, Cost, Gap, ParameterRow, Result, summarise
 from rigid.io.provenance import versions
+from rigid.likelihood.set_aside import listed
 from rigid.report.paper_values import of_the_paper, published
-from rigid.report.usability import residuals
+from rigid.report.taken import taken
+from rigid.report.usability import optimum, residuals
 from rigid.spec import Spec
 
 REPORTED_HZ = (0.01, 80.0, 100.0)
@@ -84,7 +86,7 @@ def checks(done: Calibrated, gap: float) -> list[Check]:
     listed = [Check("converged", bool(done.draws.converged), done.draws.says)]
     starts = f"{best.reached} of {done.found.starts} starts ended in the best optimum"
     enough = best.reached >= min(LEAST_SHARE_OF_STARTS, done.found.starts)
-    listed.append(Check("starts", enough, starts))
+    listed += [Check("starts", enough, starts), optimum(done.found.settled)]
     channels = {f"{c.quantity} of {c.record},{c.cylinder}": c.gap for c in done.shown}
     listed.append(residuals(gap, channels))
     if done.solver is not None:
@@ -135,6 +137,7 @@ def result(spec: Spec, done: Calibrated, wall: float) -> Result:
         versions=versions(),
         sha256={f"{r.name},{r.cylinder}": r.sha256 for r in done.records},
         solver=None if done.solver is None else done.solver.values(),
+        taken=taken(done.problem, listed(done.problem, done.found.aside)),
     )
 
 

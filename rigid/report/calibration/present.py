@@ -25,6 +25,7 @@ from rigid.report.paper_values import (
     published,
     published_frictions,
 )
+from rigid.report.taken import sentences
 from rigid.spec import Spec
 
 PAPER_KAPPA = " and ".join(f"{k.value:g} ({k.place.split(', ', 2)[2]})" for k in KAPPA)
@@ -41,6 +42,7 @@ def content(spec: Spec, done: Calibrated, found: Result) -> page.CalibrationCont
         front=front(done, checks, numbers, choices, curve),
         provenance=provenance(spec, done, found),
         checks=checks,
+        taken=sentences(found.taken),
         usable=found.usable,
         key_numbers=numbers,
         parameters=rows,
@@ -128,7 +130,7 @@ def flow_fractions(worded: str, found: Sequence[np.ndarray], ours: bool) -> list
     """
     if not found:
         return []
-    own = "each record's own valve setting" + (f"; the paper gives {PAPER_KAPPA}" if ours else "")
+    own = "Each record's own valve setting" + (f"; the paper gives {PAPER_KAPPA}" if ours else "")
     ends = [_quantiles(values) for values in found]
     middle = np.array([m for _, m, _ in ends])
     number = _key(f"flow fraction, {worded}", r"\kappa", "-", found[0], (), own)
@@ -194,9 +196,9 @@ def parameter_rows(done: Calibrated, found: Result) -> tuple[page.ParameterRow, 
             float(v) for v in p.law.from_standard(np.array([-1.6449, 0.0, 1.6449]))
         )
         out.append(page.ParameterRow(
-            name=p.label, symbol=p.symbol, unit=_unit(p), prior_median=middle, prior_q05=low,
-            prior_q95=high, median=s.median, mean=s.mean, sd=s.sd, q05=s.q05, q95=s.q95,
-            ess_bulk=s.ess_bulk, ess_tail=s.ess_tail, r_hat=s.r_hat,
+            name=p.label, symbol=p.numbered_symbol, unit=_unit(p), prior_median=middle,
+            prior_q05=low, prior_q95=high, median=s.median, mean=s.mean, sd=s.sd, q05=s.q05,
+            q95=s.q95, ess_bulk=s.ess_bulk, ess_tail=s.ess_tail, r_hat=s.r_hat,
             informed=float(np.clip(1.0 - z[:, i].std(), 0.0, 1.0)),
             published=_published(done, p.label),
         ))  # fmt: skip

@@ -151,7 +151,20 @@ def front(found: Compared) -> Front:
             for move in sorted(known, key=_rank)[:SHOWN]
         ),
         cannot=tuple(f"{run.name} has {note}." for run in found.runs for note in run.notes),
+        next=_next(found, bool(far or standing_out)),
         figure="moved" if known else "",
+    )
+
+
+def _next(found: Compared, differ: bool) -> tuple[str, ...]:
+    if not found.usable:
+        return ("Mend the runs that are not usable first; their reports say how.",)
+    if not differ:
+        return ()
+    return (
+        "Look at what differs, below: all that is listed there can have moved the numbers. Where "
+        "records alone differ, the rig has changed or its model lacks an effect: run `rigid "
+        "discover` on the spec whose gap is larger.",
     )
 
 

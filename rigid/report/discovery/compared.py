@@ -118,8 +118,8 @@ def _row(one: dict[str, Any]) -> tuple[str, str, str, str, str]:
         channel_of(one),
         one["over"],
         low if low == high else f"{low} to {high}",
-        f"{one['p_value']:.3f}",
-        "" if after is None else f"{after:.3f}",
+        metrology.chance(one["p_value"]),
+        "" if after is None else metrology.chance(after),
     )
 
 

@@ -30,6 +30,8 @@ def ruling(outcome: Outcome) -> str:
     if first.verdict == "indistinguishable":
         either = [first.chosen or "", *(one["effect"] for one in alternatives(first))]
         return f"Something is missing; these records cannot tell which: {', '.join(either)}."
+    if first.refused:
+        return "Something is missing; the effect that explains most of it fails a check."
     return "Something is missing, and no effect of the catalogue explains it."
 
 
@@ -81,15 +83,29 @@ def chance(step: Step) -> str:
 
 def _what(step: Step) -> str:
     if step.chosen is None:
-        return (
-            f"Something that none of the effects tried leaves. It shows most in record "
-            f"{step.place.record}, cylinder {step.place.cylinder}, channel {step.place.channel}."
+        shows = (
+            f"It shows most in record {step.place.record}, cylinder {step.place.cylinder}, "
+            f"channel {step.place.channel}."
         )
+        if step.refused:
+            return f"{refused(step)} {shows}"
+        return f"Something that none of the effects tried leaves. {shows}"
     names = [step.chosen, *(one["effect"] for one in alternatives(step))]
     return "; or ".join(introduced(step.explained, name) for name in names) + "."
 
 
+def refused(step: Step) -> str:
+    """Why an effect that explains most is not named."""
+    return " ".join(
+        f"{name} explains most (probability {chance_of(step.probability[name])}) but is not "
+        f"named: {why}."
+        for name, why in step.refused.items()
+    )
+
+
 def _sure(step: Step) -> str:
+    if step.refused:
+        return chance(step)
     if step.chosen is None:
         unnamed = step.probability[UNNAMED]
         return f"{chance(step)} The probability that it has no name is {chance_of(unnamed)}."
@@ -161,7 +177,7 @@ def _next(steps: tuple[Step, ...], extended: str | None) -> str:
     parts = [f"To know which, take {s.next_record}." for s in steps if s.next_record is not None]
     if extended is not None:
         parts.append(
-            f"python -m rigid.fit {extended} samples the model with what was added and gives its "
+            f"`python -m rigid.fit {extended}` samples the model with what was added and gives its "
             "intervals."
         )
     else:

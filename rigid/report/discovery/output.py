@@ -17,6 +17,8 @@ from rigid.likelihood.priors import AbstractLaw
 from rigid.localfit.hypothesis import Hypothesis
 from rigid.localfit.intervals import interval
 from rigid.localfit.leave_one_out import gap
+from rigid.localfit.samples import aside_of
+from rigid.report.taken import taken
 from rigid.spec import Spec
 
 SCHEMA = 1
@@ -49,6 +51,7 @@ def quoted(hypothesis: Hypothesis) -> list[str]:
 
 def as_dict(spec: Spec, outcome: Outcome, extended: Path | None) -> dict[str, Any]:
     """What goes to discovery.json."""
+    layout = outcome.base.layout
     return {
         "schema": SCHEMA,
         "verdict": outcome.verdict,
@@ -64,6 +67,7 @@ def as_dict(spec: Spec, outcome: Outcome, extended: Path | None) -> dict[str, An
             "floor": 1.0,
         },
         "rejected": rejected(outcome),
+        **taken(layout.problem, aside_of(layout), outcome.final.hypothesis.added),
     }
 
 
@@ -81,6 +85,7 @@ def _step(spec: Spec, step: Step, extended: Path | None) -> dict[str, Any]:
         "effect": step.chosen,
         "probability": finite(step.probability[step.chosen or UNNAMED]),
         "alternatives": alternatives(step),
+        "refused": [{"effect": name, "why": why} for name, why in step.refused.items()],
     }
     if step.chosen is None or step.judged is None:
         return out | {

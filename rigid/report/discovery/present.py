@@ -22,6 +22,7 @@ from rigid.report.discovery.lead import (
     chance,
     lead,
     moves,
+    refused,
     ruling,
     share,
     would_show,
@@ -30,6 +31,7 @@ from rigid.report.discovery.output import alternatives
 from rigid.report.discovery.residuals import against, residuals
 from rigid.report.discovery.section import DiscoveryContent, StepContent
 from rigid.report.discovery.words import introduced, meanings
+from rigid.report.taken import sentences
 from rigid.spec import Spec
 
 TOLD_ODDS = 8
@@ -57,6 +59,7 @@ def content(spec: Spec, outcome: Outcome, made: dict[str, Any], run: Run) -> Dis
     return DiscoveryContent(
         title=spec.title or spec.path.stem,
         simulated=spec.simulated,
+        taken=sentences(made),
         front=front(outcome, made, run),
         provenance=run.provenance,
         checks=run.checks,
@@ -144,10 +147,14 @@ def _needed(cosine: float) -> float:
 
 
 def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> StepContent:
-    name = step.chosen or "something that no effect explains"
+    nameless = (
+        "an effect that fails a check" if step.refused else "something that no effect explains"
+    )
+    name = step.chosen or nameless
     worded = introduced(step.explained, name)
     sentences = [
         *([f"{worded}."] if worded != name else []),
+        *([refused(step)] if step.refused else []),
         _shows(told["where"]),
         f"{chance(step)} All that was tried is counted.",
     ]

@@ -16,7 +16,7 @@ def table(made: dict[str, Any]) -> str:
     for one in made["disagreements"]:
         lines.append(
             f"   {channel_of(one)} over {one['over']}, {one['from']:.3g} to {one['to']:.3g} "
-            f"{one['unit']}: p {one['p_value']:.3f}"
+            f"{one['unit']}: p {chance(one['p_value'])}"
         )
     for number, step in enumerate(made["steps"], start=1):
         where = step["where"]
@@ -27,6 +27,8 @@ def table(made: dict[str, Any]) -> str:
         )
         for other in step["alternatives"]:
             lines.append(f"   or {other['effect']} (probability {chance(other['probability'], 2)})")
+        for one in step["refused"]:
+            lines.append(f"   {one['effect']} is not named: {one['why']}")
         for label, found in step["parameters"].items():
             lines.append(
                 f"   {label} = {found['median']:.4g} ({found['q05']:.4g} to {found['q95']:.4g}) "

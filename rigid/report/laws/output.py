@@ -12,8 +12,11 @@ from rigid.io.files import finite
 from rigid.localfit.intervals import interval
 from rigid.localfit.leave_one_out import gap
 from rigid.localfit.next_record import Proposal
+from rigid.localfit.samples import aside_of
+from rigid.localfit.settled import state_of
 from rigid.localfit.trust_region import promised
-from rigid.report.usability import residuals_of
+from rigid.report.taken import taken
+from rigid.report.usability import optimum, residuals_of
 from rigid.spec import Spec
 
 SCHEMA = 1
@@ -27,7 +30,7 @@ def as_dict(
     solver: SolverCheck | None = None,
 ) -> dict[str, Any]:
     """What goes to laws.json; log evidences and densities are differences to the first law."""
-    left_over = gap(found.first.local)
+    left_over, added = gap(found.first.local), found.first.local.hypothesis.added
     listed = checks(found, solver)
     return {
         "schema": SCHEMA,
@@ -46,13 +49,15 @@ def as_dict(
         "laws": [_law(one, found) for one in found.standings],
         "solver": None if solver is None else solver.values() | {"says": solver.says},
         "seed": seed,
+        **taken(found.first.local.layout.problem, aside_of(found.first.local.layout), added),
     }
 
 
 def checks(found: Comparison, solver: SolverCheck | None) -> list[dict[str, Any]]:
     """What must hold for the comparison to be used, of the first law's fit."""
-    residuals = residuals_of(found.first.local)
-    listed = [residuals] if solver is None else [residuals, solver.check]
+    local = found.first.local
+    listed = [residuals_of(local), optimum(state_of(local))]
+    listed += [] if solver is None else [solver.check]
     return [{"name": c.name, "ok": bool(c.ok), "says": c.says} for c in listed]
 
 

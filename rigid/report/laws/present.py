@@ -10,6 +10,7 @@ from rigid.localfit.scatter import CAMPAIGNS
 from rigid.plots import metrology
 from rigid.report.content import BAD, GOOD, RESERVE, Answer, Check, Front, Provenance
 from rigid.report.laws.section import LawsContent, LawShown
+from rigid.report.taken import sentences
 from rigid.spec import Spec
 
 LEAST_TOLD = 0.01
@@ -30,6 +31,7 @@ def content(spec: Spec, made: dict[str, Any], provenance: Provenance) -> LawsCon
         front=front(made),
         provenance=provenance,
         checks=tuple(Check(**one) for one in made["checks"]),
+        taken=sentences(made),
         notes=notes(made),
         laws=tuple(
             (
@@ -100,6 +102,8 @@ def ruling(made: dict[str, Any]) -> str:
     failed = {one["name"] for one in made["checks"] if not one["ok"]}
     if failed == {"solver"}:
         return "The solver's error matters: the comparison must not be used as it stands."
+    if failed and "residuals" not in failed:
+        return "The comparison must not be used as it stands: a fit is not settled."
     if not made["usable"]:
         return (
             f"No law explains the records: the best, {first['words']}, leaves a gap of "

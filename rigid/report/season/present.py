@@ -61,12 +61,23 @@ def front(made: Mapping[str, Any]) -> Front:
             "All fits share the priors of the rig. The tests for drift ignore that, so that small "
             "changes can be missed.",
         ),
-        next=tuple(
-            f"Read the report of {one['name']}, or correct its spec, then run again with --resume."
-            for one in bad[:1]
-        ),
+        next=(*map(_mend, bad[:1]), *_ends(made)),
         figure="season",
     )
+
+
+def _mend(one: Mapping[str, Any]) -> str:
+    return f"Read the report of {one['name']}, or correct its spec, then run again with `--resume`."
+
+
+def _ends(made: Mapping[str, Any]) -> tuple[str, ...]:
+    """What shows where a change came from, if there is one."""
+    usable = [one["name"] for one in made["campaigns"] if one["status"] == USABLE]
+    changed = [k for k, v in made["quantities"].items() if v["verdict"] != STEADY]
+    if not changed or len(usable) < 2:
+        return ()
+    first, last = usable[0], usable[-1]
+    return (f"See what else moved: `rigid compare {first} {last}` in the folder of this page.",)
 
 
 def _check(one: Mapping[str, Any]) -> Check:

@@ -70,7 +70,7 @@ def front(found: Verdict, misfits: Sequence[Effect]) -> Front:
         ),
         cannot=(
             "Whether the model itself is right: campaigns are drawn from it. A prior that does not "
-            "fit is tried with --misfit, a missing effect with `rigid discover`.",
+            "fit is tried with `--misfit`, a missing effect with `rigid discover`.",
         ),
         next=_next(found),
         figure="ranks",
@@ -105,10 +105,11 @@ def _next(found: Verdict) -> tuple[str, ...]:
     if found.design.shift:
         return ("Widen the prior of a constant that may be so far off, and fit again.",)
     if found.usable:
-        return ("Quote the intervals of this spec. For finer faults: more --replicates --resume.",)
+        finer = "For finer faults: more `--replicates`, with `--resume`."
+        return (f"Quote the intervals of this spec. {finer}",)
     lines = ["Widen what the spec knows too well (priors, noise, gains), or report a defect."]
     if not found.design.full:
-        lines.insert(0, "Run with --full first: it shows whether the fast mode is what fails.")
+        lines.insert(0, "Run with `--full` first: it shows whether the fast mode is what fails.")
     return tuple(lines)
 
 
@@ -132,7 +133,7 @@ def notes(found: Verdict, beside: Agreement | None) -> tuple[str, ...]:
     lines.append(
         f"Fast beside full: {beside.says}."
         if beside is not None
-        else "Fast beside full: no campaign was fitted both ways; --full --replicates 5 in the "
+        else "Fast beside full: no campaign was fitted both ways; `--full --replicates 5` in the "
         "same folder shows the fast mode's error."
     )
     return tuple(lines)

@@ -36,11 +36,14 @@ def _drawn(name: str, which: str, draws: Draws, simulated: bool) -> Drawn:
     """The pairs of some parameters."""
     marked = any(mark is not None for mark in draws.marks)
     printed = " Red lines: values that the paper prints, where they fall inside." if marked else ""
+    read_so = (
+        f" Contours hold 50 and 90 % of the draws.{printed} A slanted or curved contour is a "
+        "trade-off that the records do not settle."
+    )
     return Drawn(
         name,
         corner_figure(draws, simulated),
-        f"Every pair of the {which} parameters. Contours hold 50 and 90 % of the draws.{printed} A "
-        "slanted or curved contour is a trade-off that the records do not settle.",
+        f"Every pair of the {which} parameters.{read_so if name == 'corner' else ''}",
         f"Joint posterior of pairs of the {which} parameters",
         {
             f"{symbol} [{unit}]": row

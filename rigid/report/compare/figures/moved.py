@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rigid.plots.figure import Columns, Drawn
@@ -31,7 +32,8 @@ def drawn(content: CompareContent) -> Iterator[Drawn]:
         f"How far each number moved from {content.heads[0]}, in standard deviations of the "
         "difference, or of what is taken for it: the sentence above the table says which. "
         f"{len(names)} numbers that moved farthest; grey: within two. Bars: where the sd of the "
-        "difference is not known, down to the least that the move may be.",
+        "difference is not known, down to the least that the move may be. An arrow: farther than "
+        "the axis, by the number beside it.",
         f"Standard deviations by which {len(names)} numbers moved",
         _numbers(shown),
     )
@@ -39,6 +41,26 @@ def drawn(content: CompareContent) -> Iterator[Drawn]:
 
 def _size(move: Move) -> float:
     return -abs(move.z or 0.0)
+
+
+def _beyond(axes: Axes, z: float, row: float, colour: str) -> None:
+    """Tell of a move that leaves the axis: an arrow at its end, and the number."""
+    side = 1.0 if z > 0.0 else -1.0
+    axes.plot(
+        *(0.5 + 0.49 * side, row, ">" if side > 0.0 else "<"),
+        transform=axes.get_yaxis_transform(),
+        color=colour,
+        markersize=5,
+    )
+    axes.annotate(
+        *(f"{z:+.1f}".replace("-", "\N{MINUS SIGN}"), (0.5 + 0.49 * side, row)),
+        xycoords=axes.get_yaxis_transform(),
+        xytext=(-7.0 * side, 0.0),
+        textcoords="offset points",
+        ha="right" if side > 0.0 else "left",
+        va="center",
+        fontsize=8,
+    )
 
 
 def _numbers(shown: list[Move]) -> Columns:
@@ -66,7 +88,10 @@ def _figure(shown: list[Move], names: list[str], content: CompareContent) -> Fig
                 if move.bounds:
                     ends = np.clip([np.sign(z) * move.bounds[0], z], -most, most)
                     axes.plot(ends, [row, row], color=colour, linewidth=0.8, alpha=0.6)
-                axes.plot(np.clip(z, -most, most), row, "o", color=colour, markersize=4)
+                if abs(z) <= most:
+                    axes.plot(z, row, "o", color=colour, markersize=4)
+                else:
+                    _beyond(axes, z, row, colour)
             axes.plot([], [], "o", color=colour, label=run)
         axes.set_yticks(np.arange(len(names))[::-1], names)
         axes.set(xlim=(-most, most), ylim=(-0.7, len(names) - 0.3))

@@ -1,0 +1,66 @@
+"""What a result took for exactly known, and which samples it set aside: entries and sentences."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from rigid.effects import AbstractEffect
+from rigid.likelihood.problem import Problem
+from rigid.likelihood.set_aside import Aside
+from rigid.plots.metrology import significant
+
+MOST_TIMES = 3
+"""Instants of one channel that a sentence tells."""
+
+
+def taken(
+    problem: Problem, aside: Sequence[Aside], added: Iterable[type[AbstractEffect]] = ()
+) -> dict[str, Any]:
+    """Entries `held_exact` and `set_aside` of a result.
+
+    - `aside`: samples that were set aside. - `added`: effects that came to those of the problem.
+    """
+    effects = (*problem.effects, *added)
+    bristles = any(effect.bristle for effect in effects)
+    exact = [
+        _exact(p.label, f"{p.label} = {significant(value, p.unit, 4)}", value, p.unit)
+        for p in problem.parameters.known
+        if p.base != "presliding" or bristles
+        for value in (float(p.law.from_standard(0.0)),)
+    ]
+    kinds = {track.of.name: track.of.exact for track in problem.tracks}
+    told: Mapping[str, str] = {one.name: one.exact for one in effects} | kinds
+    exact += [_exact(name, says) for name, says in told.items() if says]
+    return {"held_exact": exact, "set_aside": [one.values() for one in aside]}
+
+
+def _exact(
+    name: str, says: str, value: float | None = None, unit: str | None = None
+) -> dict[str, Any]:
+    return {"name": name, "value": value, "unit": unit, "says": says}
+
+
+def sentences(made: Mapping[str, Any]) -> tuple[str, ...]:
+    """What was held exact, and what was set aside, for a page; `made` has the entries."""
+    exact = "; ".join(dict.fromkeys(one["says"] for one in made["held_exact"]))
+    return (f"Held exact: {exact}.", *map(_aside, made["set_aside"]))
+
+
+def lines(made: Mapping[str, Any]) -> list[str]:
+    """The same for the terminal, in short."""
+    names = ", ".join(one["name"] for one in made["held_exact"])
+    aside = (
+        f"set aside: {one['samples']} of {one['channel']} of {one['record']},{one['cylinder']}"
+        for one in made["set_aside"]
+    )
+    return [f"held exact: {names}", *aside]
+
+
+def _aside(one: Mapping[str, Any]) -> str:
+    times, count = one["time_s"], one["samples"]
+    told = ", ".join(f"{t:.4f}" for t in times[:MOST_TIMES])
+    more = f" and {count - MOST_TIMES} more" if count > MOST_TIMES else ""
+    return (
+        f"Set aside: {count} {'sample' if count == 1 else 'samples'} of {one['channel']} in "
+        f"{one['record']},{one['cylinder']} ({told} s{more}), far off both neighbours or beyond "
+        "the sensor's range."
+    )

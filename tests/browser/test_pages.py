@@ -1,0 +1,108 @@
+"""Pages as a browser shows them: nothing missing, nothing cut, nothing that shuts a reader out.
+
+Needs a Chromium of the system and the packages of docs/requirements.txt; run with `-m browser`.
+"""
+
+import shutil
+from pathlib import Path
+
+import fake_calibration as fake
+import pytest
+
+from rigid.report.calibration.section import KIND
+from rigid.report.page import Section, rebuild, write_section
+from rigid.report.section import write_report
+from rigid.report.templating import FOLDER
+
+playwright = pytest.importorskip("playwright.sync_api", reason="no extra `browser` is installed")
+Axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe
+
+CHROMIUM = next(
+    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
+)
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this system"),
+]
+EXAMPLES = sorted((Path(__file__).parents[2] / "reports" / "examples").glob("*/index.html"))
+WIDTHS = (1280, 390)
+GRAVE = ("serious", "critical")
+OPEN_ALL = "document.querySelectorAll('details').forEach(one => one.open = true)"
+BROKEN = """<div style="width: 3000px">wide</div><img src="missing.png">
+<script>undefined_name()</script>
+<input><div style="overflow: auto; height: 1em"><p>a</p><p>b</p><p>c</p></div>"""
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with playwright.sync_playwright() as started:
+        # The sandbox of Chromium does not run as root, which is who runs tests in containers.
+        made = started.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield made
+        made.close()
+
+
+@pytest.fixture(scope="module")
+def calibration(tmp_path_factory):
+    return write_report(KIND, fake.calibration(), tmp_path_factory.mktemp("calibration"))
+
+
+def faults(browser, path: Path, width: int, scheme: str = "light") -> list[str]:
+    """What is wrong with a page at a width, all its layers open."""
+    found = []
+    context = browser.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme)
+    page = context.new_page()
+    page.on("console", lambda one: found.append(f"console: {one.text}"))
+    page.on("pageerror", lambda one: found.append(f"script: {one}"))
+    page.on("requestfailed", lambda one: found.append(f"not fetched: {one.url}"))
+    page.goto(path.as_uri())
+    for _ in range(2):  # as it opens, then with everything open
+        wide = page.evaluate("document.documentElement.scrollWidth")
+        if wide > width:
+            found.append(f"{wide} px wide")
+        page.evaluate(OPEN_ALL)
+    hidden = page.evaluate(
+        "[...document.querySelectorAll('figure svg')].filter(s => !s.getBoundingClientRect().width)"
+        ".length"
+    )
+    found += [f"{hidden} drawings have no size"] if hidden else []
+    found += [
+        f"{one['id']}: {one['nodes'][0]['html'][:200]}"
+        for one in Axe().run(page).response["violations"]
+        if one["impact"] in GRAVE
+    ]
+    context.close()
+    return found
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", WIDTHS)
+def test_a_fresh_page_has_no_fault(browser, calibration, width, scheme):
+    assert faults(browser, calibration, width, scheme) == []
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.parent.name)
+def test_the_committed_examples_have_no_fault_with_the_style_of_today(browser, path, tmp_path):
+    head, rest = path.read_text("utf-8").split("<style>")
+    rest = rest.split("</style>", 1)[1]
+    style = (FOLDER / "style.css").read_text("utf-8")
+    today = tmp_path / "index.html"
+    today.write_text(f"{head}<style>{style}</style>{rest}", "utf-8")
+    assert [fault for width in WIDTHS for fault in faults(browser, today, width)] == []
+
+
+def test_a_calibration_prints_on_two_pages_and_more_where_layers_are_open(browser, calibration):
+    page = browser.new_page()
+    page.goto(calibration.as_uri())
+    printed = [page.pdf(format="A4").count(b"/Type /Page\n")]
+    page.evaluate(OPEN_ALL)
+    printed.append(page.pdf(format="A4").count(b"/Type /Page\n"))
+    page.close()
+    assert 1 <= printed[0] <= 2 < printed[1]
+
+
+def test_a_broken_page_is_found_out(browser, tmp_path):
+    write_section(tmp_path, Section("broken", 10, "Broken", BROKEN))
+    found = " ".join(faults(browser, rebuild(tmp_path), 1280))
+    for sort in ("px wide", "missing.png", "undefined_name", "image-alt", "label"):
+        assert sort in found

@@ -1,0 +1,103 @@
+"""What is set aside: spikes, and samples beyond a sensor's range; in a search as in a refit."""
+
+import dataclasses
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from test_screening import SHEETS, campaign, fitted
+
+from rigid.inference.search import search
+from rigid.likelihood.set_aside import Readings, beyond, listed, readings_of, spikes
+from rigid.localfit.local import Local
+from rigid.localfit.samples import aside_of, data_of, lay_out
+from rigid.report.taken import lines, sentences, taken
+
+
+def readings(local: Local) -> Readings:
+    return readings_of(local.layout.problem, local.hypothesis.sigmas(local.z_noise))
+
+
+def spiked(problem):
+    """Every fiftieth reading of the load is off: by 9 and by -16 of its noise in turn."""
+    pieces = tuple(
+        eqx.tree_at(
+            lambda p: p.data,
+            p,
+            p.data.at[25::100].add(9.0 * p.sheet.floor).at[75::100].add(-16.0 * p.sheet.floor),
+        )
+        if p.quantity == "load"
+        else p
+        for p in problem.pieces
+    )
+    return dataclasses.replace(problem, pieces=pieces)
+
+
+def test_spikes_are_found_though_the_noise_level_that_was_fitted_holds_them():
+    """Those of 16 sds raise it so that those of 9 stand less than 6 of the fitted sds off."""
+    problem = campaign(304)
+    local, clean = fitted(spiked(problem))[0], fitted(problem)[0]
+    assert spikes(readings(clean), clean.residual).sum() == 0
+    loads = np.array([c.quantity == "load" for c in local.layout.channels])[local.layout.channel]
+    sample = np.concatenate([np.arange(500)] * len(local.layout.channels))
+    np.testing.assert_array_equal(
+        spikes(readings(local), local.residual), loads & (sample % 50 == 25)
+    )
+
+
+def test_a_gauge_at_the_end_of_its_range_says_nothing_there():
+    local, _ = fitted(campaign(304))
+    pressure = np.array([c.quantity == "pressure" for c in local.layout.channels])
+    rows = pressure[local.layout.channel]
+    assert not beyond(readings(local), local.residual).any()
+    data = data_of(local.layout)
+    end = float(data[rows].max()) - 8.0 * local.layout.floor[rows].max()
+    problem = local.layout.problem
+    pieces = tuple(
+        eqx.tree_at(lambda p: p.data, p, jnp.minimum(p.data, end))
+        if p.quantity == "pressure"
+        else p
+        for p in problem.pieces
+    )
+    layout = lay_out(dataclasses.replace(problem, pieces=pieces))
+    residual = local.residual + np.where(rows, np.minimum(data, end) - data, 0.0)
+    cut = dataclasses.replace(local, layout=layout, residual=residual)
+    expected = data_of(layout) - residual
+    step, found = SHEETS["pressure"].step, beyond(readings(cut), residual)
+    np.testing.assert_array_equal(found, rows & (expected > end - 0.5 * step))
+    assert found.sum() > 50
+
+
+def test_a_search_sets_the_same_samples_aside_and_finds_the_noise_of_the_rest():
+    plain = campaign(304)
+    found, clean = search(spiked(plain), 2, 1), search(plain, 2, 1)
+    assert not clean.aside.any()
+    told = listed(found.problem, found.aside)
+    assert [(one.record, one.quantity, len(one.times)) for one in told] == [
+        ("free-run-1", "load", 10), ("free-run-2", "load", 10)
+    ]  # fmt: skip
+    at = found.problem.parameters.index("noise[load,A]")
+    spread = np.sqrt(clean.optima[0].covariance[at, at])
+    # a fiftieth fewer samples: the level moves by sqrt(1/50) of its own spread or so
+    assert abs(found.optima[0].z[at] - clean.optima[0].z[at]) < spread
+    free = np.array([p.base != "noise" for p in found.problem.parameters.sampled])
+    moved = (found.optima[0].z - clean.optima[0].z)[free]
+    assert np.abs(moved / np.sqrt(np.diag(clean.optima[0].covariance)[free])).max() < 1.0
+    assert aside_of(lay_out(found.problem)) == ()  # they are as if never read
+
+
+def test_what_is_set_aside_and_held_exact_is_told():
+    problem = spiked(campaign(304))
+    layout = lay_out(problem)
+    weight = layout.weight.copy()
+    weight[25:500:50] = 0.0
+    made = taken(problem, aside_of(layout.weighed(weight)))
+    [aside] = made["set_aside"]
+    assert aside["samples"] == 10
+    assert aside["time_s"][:2] == [0.25, 0.75]
+    names = {one["name"] for one in made["held_exact"]}
+    assert {"S_Pl", "pump-curve", "free-run"} <= names
+    held, told = sentences(made)
+    assert "S_Pl = " in held
+    assert "10 samples of" in told
+    assert any(line.startswith("set aside: 10 of") for line in lines(made))
