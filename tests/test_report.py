@@ -10,6 +10,7 @@ import pytest
 from markupsafe import Markup
 
 from rigid.effects import CATALOGUE
+from rigid.io.errors import EnvironmentFaultError
 from rigid.report import wording
 from rigid.report.calibration.for_paper import references
 from rigid.report.calibration.section import KIND
@@ -231,8 +232,8 @@ def test_a_failed_write_leaves_the_old_page(tmp_path, monkeypatch):
     def full(*_):
         raise OSError("disk full")
 
-    monkeypatch.setattr("rigid.report.page.os.fsync", full)
-    with pytest.raises(OSError, match="disk full"):
+    monkeypatch.setattr("rigid.io.files.os.fsync", full)
+    with pytest.raises(EnvironmentFaultError, match="disk full"):
         rebuild(tmp_path)
     assert (tmp_path / "index.html").read_text() == old
     assert {path.name for path in tmp_path.iterdir()} == {"index.html", "sections"}

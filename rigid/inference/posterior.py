@@ -1,5 +1,6 @@
 """Draws with their provenance on disk: ArviZ groups in one netCDF file, written all at once."""
 
+import io
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -32,10 +33,11 @@ def save_posterior(
     Raises ValueError for a variable without a unit, EnvironmentFaultError when the disk does not
     take the file.
     """
-    tree = data_tree(groups, attrs)
-    with replacing(path) as temporary:
-        tree.to_netcdf(temporary, mode="w", engine=ENGINE)
+    tree, content = data_tree(groups, attrs), io.BytesIO()
+    tree.to_netcdf(content, mode="w", engine=ENGINE)  # on a full disk HDF5 ends the process
     tree.close()
+    with replacing(path) as temporary:
+        temporary.write_bytes(content.getbuffer())
 
 
 def data_tree(groups: Mapping[str, xr.Dataset], attrs: Mapping[str, Any]) -> xr.DataTree:

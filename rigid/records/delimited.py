@@ -3,6 +3,7 @@
 import csv
 import re
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from rigid.io.errors import InputError, quoted
@@ -11,6 +12,7 @@ from rigid.records.units import known
 
 SEPARATORS = (";", "\t", ",")
 COMMENT = "#"
+TITLES = "lines above the header were passed over: {}"
 LOOK_AT = 20  # lines from which the separator is told
 SEP_LINE = re.compile(r'"?sep=([;,\t|])"?\s*', re.IGNORECASE)  # a spreadsheet's first line
 QUOTED = re.compile(r'"[^"]*"')
@@ -22,7 +24,8 @@ def parse(path: Path, text: str) -> Table:
     A header is told by cells that are no numbers, a row of units by standing below it with no
     number in it. Without a header the columns are named 1, 2, ..., or by a line that begins with #
     and stands above the rows. Other lines that begin with # and empty lines are passed over.
-    Numbers may have a decimal comma where the separator is none. A first line `sep=;` is obeyed.
+    Numbers may have a decimal comma where the separator is none. A first line `sep=;` is obeyed;
+    titles above the header are passed over, with a note.
 
     Raises InputError when there are no two columns, no rows, or rows of unequal length.
     """
@@ -31,6 +34,8 @@ def parse(path: Path, text: str) -> Table:
     if given:
         lines[0] = ""
     separator = given[1] if given else separator_of(path, lines)
+    above = titles(lines, separator)
+    lines[:above] = [""] * above
     body, numbers = split(path, lines, separator)
     if not body:
         raise InputError(f"{path}: the file has no data rows; record again or name another file")
@@ -47,7 +52,23 @@ def parse(path: Path, text: str) -> Table:
         names, units = heads[-2:]
     elif heads:
         names = heads[-1]
-    return build(path, names, body[skip:], numbers[skip:], comma, units=units)
+    table = build(path, names, body[skip:], numbers[skip:], comma, units=units)
+    if not above:
+        return table
+    return replace(table, notes=(TITLES.format(above), *table.notes))
+
+
+def titles(lines: Sequence[str], separator: str) -> int:
+    """How many lines stand above a header: with fewer cells than it and the rows below it have."""
+    seen = [(n, line) for n, line in enumerate(lines) if line.strip() and line[:1] != COMMENT]
+    seen = seen[:LOOK_AT]
+    width = [line.count(separator) for _, line in seen]
+    if len(seen) < 3 or width[0] >= width[-1]:
+        return 0
+    first = width.index(width[-1])
+    head = [cell.strip() for cell in seen[first][1].split(separator)]
+    below = set(width[first:]) == {width[-1]} and max(width[:first]) < width[-1]
+    return seen[first][0] if below and is_header(head, separator != ",", every=True) else 0
 
 
 def commented(lines: Iterable[str], separator: str, width: int) -> list[tuple[str, ...]]:
@@ -101,7 +122,8 @@ def separator_of(path: Path, lines: list[str]) -> str:
         raise InputError(f"{path}: the file has no data rows; record again or name another file")
     for separator in SEPARATORS:
         shares = sum(separator in line for line in sample)
-        if separator in sample[0] and 2 * shares > len(sample):
+        told = separator in sample[0] or titles(lines, separator)
+        if told and 2 * shares > len(sample):
             return separator
     raise InputError(
         f"{path}: no columns found in line 1, {quoted(lines[0])}; "

@@ -5,14 +5,13 @@ rest is HTML. A command writes its own section and no other.
 """
 
 import json
-import os
-import tempfile
 from dataclasses import dataclass
 from html.parser import HTMLParser
 from pathlib import Path
 
 from markupsafe import Markup
 
+from rigid.io.files import write_text
 from rigid.report.templating import FOLDER, environment
 
 _SCHEMA = 1
@@ -55,7 +54,7 @@ def write_section(folder: Path, section: Section) -> Path:
     }
     # In JSON only strings hold these; escaped, no title can end the comment.
     text = json.dumps(head).replace("-", "\\u002d").replace(">", "\\u003e")
-    _write_atomically(path, f"{_OPENING}{text}{_CLOSING}\n{section.html}")
+    write_text(path, f"{_OPENING}{text}{_CLOSING}\n{section.html}")
     for older in sections.glob(f"[0-9][0-9]-{section.name}.html"):
         if older != path:
             older.unlink()
@@ -96,7 +95,8 @@ def rebuild(folder: Path) -> Path:
             style=Markup((FOLDER / "style.css").read_text(encoding="utf-8")),
         )
     )
-    return _write_atomically(folder / "index.html", page)
+    write_text(folder / "index.html", page)
+    return folder / "index.html"
 
 
 class _Headings(HTMLParser):
@@ -126,19 +126,3 @@ def _headings(html: str) -> list[tuple[str, str]]:
     parser = _Headings()
     parser.feed(html)
     return parser.found
-
-
-def _write_atomically(path: Path, text: str) -> Path:
-    """The file is the old one or the new one at every moment, also after a crash."""
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except BaseException:
-        os.unlink(temporary)
-        raise
-    return path

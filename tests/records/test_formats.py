@@ -43,6 +43,8 @@ PLAIN = {
     "header and units behind #": "# by hand\n# time, load\n# s, kN\n0,1.5\n0.1,2.5\n",
     "header behind #, units not": "#time,load\ns,kN\n0,1.5\n0.1,2.5\n",
     "header ends in a separator": "time,load,\n0,1.5\n0.1,2.5\n",
+    "titles": "Frame test, no. 2.5\noperator: AB\ntime\tload\n0\t1.5\n0.1\t2.5\n",
+    "a title and units": "Frame test\n\ntime;load\ns;kN\n0;1.5\n0.1;2.5\n",
     "exponents": "time,load\n0,1.5e0\n1E-1,25e-1\n",
 }
 
@@ -56,6 +58,12 @@ def test_plain_tables(case):
     assert not found.refused
     lines = PLAIN[case].lstrip("\ufeff").replace("\r\n", "\n").replace("\r", "\n").split("\n")
     assert all("5" in lines[row - 1] for row in found.rows)
+
+
+def test_titles_are_told_and_a_header_that_lacks_a_cell_is_none():
+    assert table(PLAIN["titles"]).notes == ("lines above the header were passed over: 2",)
+    assert table(PLAIN["comma"]).notes == ()
+    assert "line 2 has 3 cells" in refusal("time,load\n0,1.5,2\n0.1,2.5,3\n0.2,3.5,4\n")
 
 
 def test_without_header_columns_are_numbered():
