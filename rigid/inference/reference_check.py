@@ -14,8 +14,9 @@ from jax import Array
 from jaxtyping import Bool, Float
 
 from rigid.inference.summary import Check
-from rigid.likelihood.channels import Piece, fitted
+from rigid.likelihood.channels import Piece
 from rigid.likelihood.groups import AbstractGroup, MotionGroup
+from rigid.likelihood.marginal import marginal_likelihood
 from rigid.likelihood.problem import Problem, in_batches, predict
 from rigid.physics.sensors import UNITS
 from rigid.solve.full import TOLERANCE
@@ -215,7 +216,7 @@ def compared(
 @eqx.filter_jit
 def _log_likelihood(problem: Problem, series: list, values: dict[str, Array]) -> Array:
     """Log-likelihood (walkers,) of predicted readings."""
-    return fitted(problem.pieces, series, values).value
+    return marginal_likelihood(problem.pieces, series, values).value
 
 
 def _worst(
