@@ -54,6 +54,30 @@ def integrate(
     return jnp.where(path.ended, path.states, jnp.nan)
 
 
+def driven(
+    rig: Rig, start: Array, force: Array, flow: Array, length: float, tolerance: float = TOLERANCE
+) -> Array:
+    """States (steps + 1, n) of a rig on whose plate a known force acts.
+
+    - `rig`: scalar parameters. - `start` (n,). - `force` (steps + 1,) [N]: on the plate, at the
+      ends of steps of `length` [s], a straight line within each. - `flow` (steps,): kappa in each.
+
+    What comes after a step that did not come to its end is nan.
+    """
+    ends, times = (jnp.zeros(()), jnp.asarray(length)), jnp.asarray([length])
+
+    def step(state: Array, given: tuple[Array, Array, Array]) -> tuple[Array, Array]:
+        first, last, fraction = given
+        outside = Surroundings(force=first, flow_fraction=fraction)
+        slope = (last - first) / length
+        path = _solved(rig, outside, state, ends, times, tolerance, np.inf, slope)
+        after = jnp.where(path.ended, path.states[-1], jnp.nan)
+        return after, after
+
+    _, states = jax.lax.scan(step, start, (force[:-1], force[1:], flow))
+    return jnp.concatenate([start[None], states])
+
+
 def _solved(
     rig: Rig,
     outside: Surroundings,
@@ -62,16 +86,18 @@ def _solved(
     times: Array,
     tolerance: float,
     longest: float,
+    slope: ArrayLike = 0.0,
 ) -> _Path:
     """Solve from the first of `ends` to the last, with no step over `longest` [s].
 
-    - `times` (times,): from end to end, in order.
+    - `times` (times,): from end to end, in order. - `slope` [N/s]: of the force on the plate.
     """
     scales = jnp.asarray(rig.scales)
 
     def field(time: ArrayLike, scaled: Array, _: None) -> Array:
-        now = outside._replace(time=outside.time + time)
-        return jnp.stack(rig.motion(scaled * scales, now).rates) / scales
+        now = outside._replace(time=outside.time + time, force=outside.force + slope * time)
+        moved = rig.motion(scaled * scales, now).rates
+        return jnp.stack([jnp.broadcast_to(rate, ()) for rate in moved]) / scales
 
     finer = FINER * tolerance
     solution = diffrax.diffeqsolve(
