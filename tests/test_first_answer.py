@@ -18,7 +18,7 @@ def test_a_model_that_does_not_explain_its_records_is_told_before_the_chain(tmp_
     force = force + missing * np.sin(2.0 * np.pi * 2.5 * t)
     rows = (f"{a:.4f},{b:.9f},{c:.4f}" for a, b, c in zip(t, x, force, strict=True))
     record.write_text("\n".join(["t,x,F", *rows]) + "\n", "utf-8")
-    # With 2 N on the sheet the sound cart has a gap of 1.2; with 3 N it is far from the limit of 1.5.
+    # With 2 N on the sheet the sound cart has a gap of 1.2; with 3 N it is far from the limit.
     path.write_text(path.read_text("utf-8").replace("noise = 2.0", "noise = 3.0"), "utf-8")
     study = load(path)
     said = doubt(study.spec, search(study.problem, 2, 1), 1)
