@@ -1,6 +1,5 @@
 """Files of the bands: a table over time, the parts of its uncertainty, and JSON for programs."""
 
-import json
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -8,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from rigid.inference.reference_check import SolverCheck
-from rigid.io.files import replacing, write_text
+from rigid.io.files import json_text, replacing, write_text
 from rigid.smoothing.budget import FIGURES, PARTS, Line
 from rigid.smoothing.finished import Finished
 from rigid.smoothing.laws import Law
@@ -123,7 +122,7 @@ def _record(found: Finished) -> dict[str, Any]:
 
 def write_json(path: Path, content: dict[str, Any]) -> str:
     """Write the JSON and return it."""
-    text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    text = json_text(content)
     write_text(path, text)
     return text
 
