@@ -14,8 +14,9 @@ from rigid.effects import AbstractEffect
 from rigid.kinds.base import Solver
 from rigid.likelihood.parameters import Scoped
 from rigid.likelihood.tracks import Track
-from rigid.physics.rig import acting, build_rig
+from rigid.physics.rig import Rig, acting, build_rig
 from rigid.solve import full, inverse, release, slow, staggered
+from rigid.solve.strap import REACH, abrupt, edges, lattice, let_go
 
 PUMP_ANGLE = "pump_angle"
 """Angle [rad] at which the pump stood when a record began; a number of each record's own."""
@@ -100,12 +101,14 @@ class ReleaseGroup(AbstractGroup):
     quantities: ClassVar[tuple[str, ...]] = ("acceleration",)
 
     def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
-        """Return the acceleration, 0 before the release."""
+        """Return the acceleration, 0 before the strap lets go."""
         rig = build_rig(self.effects, Scoped(values, self.tracks[0].scope))
         preload = jnp.stack([values[f"preload[{t.label}]"] for t in self.tracks])
         delay = jnp.stack([t.onset_time - values[f"release_time[{t.label}]"] for t in self.tracks])
         onsets = [t.onset for t in self.tracks if t.onset is not None]
         longest = max(t.size - o for t, o in zip(self.tracks, onsets, strict=True))
+        if any(f"release_duration[{t.label}]" in values for t in self.tracks):
+            return {"acceleration": self._let_go(rig, preload, delay, self._law(values, preload))}
         ring = release.ring if rig.steady else staggered.ring
         if self.tolerance is not None:
             ring = partial(full.ring, tolerance=self.tolerance)
@@ -115,6 +118,26 @@ class ReleaseGroup(AbstractGroup):
             length = min(longest, self.samples - onset)
             out = out.at[onset : onset + length, i].set(swing[:length, i])
         return {"acceleration": out}
+
+    def _let_go(self, rig: Rig, preload: Array, delay: Array, law: Array) -> Array:
+        """Acceleration where straps take their time; they begin REACH samples after the record."""
+        interval = self.tracks[0].interval
+        if self.tolerance is not None:
+            sampled = delay - REACH * interval, interval
+            return full.let_go(rig, preload, law, sampled, self.samples, self.tolerance)
+        at = lattice(delay, interval)
+        ring = release.ring if rig.steady else staggered.ring
+        swing = ring(rig, preload, at.delay, interval, self.samples)
+        return let_go(swing, abrupt(rig, preload, interval), at, law, interval)
+
+    def _law(self, values: Mapping[str, Array], like: Array) -> Array:
+        """Instants after the release time by which shares of the preload have gone [s]."""
+        laws = []
+        for t in self.tracks:
+            duration = values.get(f"release_duration[{t.label}]", 0.0) + 0.0 * like[0]
+            shape = (values[name] + 0.0 * like[0] for name in ("release_begin", "release_end"))
+            laws.append(edges(duration, *shape))
+        return jnp.stack(laws, axis=1)
 
 
 class MotionGroup(AbstractGroup):

@@ -22,6 +22,7 @@ from rigid.physics.sensors import Readings, readings
 from rigid.solve.delay import READ
 from rigid.solve.drive import EDGE, STRIDE, Drive
 from rigid.solve.rest import rest_under
+from rigid.solve.strap import GONE
 
 Tree = TypeVar("Tree")
 
@@ -63,15 +64,16 @@ def _solved(
     times: Array,
     tolerance: float,
     longest: float,
+    strap: "Strap | None" = None,
 ) -> _Path:
     """Solve from the first of `ends` to the last, with no step over `longest` [s].
 
-    - `times` (times,): from end to end, in order.
+    - `times` (times,): from end to end, in order. - `strap`: pulls at the plate; None: nothing.
     """
     scales = jnp.asarray(rig.scales)
 
     def field(time: ArrayLike, scaled: Array, _: None) -> Array:
-        now = outside._replace(time=outside.time + time)
+        now = _now(outside, time, strap)
         return jnp.stack(rig.motion(scaled * scales, now).rates) / scales
 
     finer = FINER * tolerance
@@ -93,6 +95,27 @@ def _solved(
     return _Path(path * scales, solution.result == diffrax.RESULTS.successful)
 
 
+class Strap(NamedTuple):
+    """What holds the plate back until it has let go.
+
+    - `preload` [N]. - `edges` (edges, ...) [s]: instants by which the shares GONE of it have gone.
+    """
+
+    preload: Array
+    edges: Array
+
+    def force(self, time: ArrayLike) -> Array:
+        """Force on the plate at an instant [N], of one walker."""
+        gone = jnp.interp(time, self.edges, jnp.asarray(GONE))
+        return -self.preload * (1.0 - jnp.where(time >= self.edges[-1], 1.0, gone))
+
+
+def _now(outside: Surroundings, time: ArrayLike, strap: Strap | None) -> Surroundings:
+    """Surroundings at a time, counted as theirs is."""
+    now = outside._replace(time=outside.time + time)
+    return now if strap is None else now._replace(force=strap.force(time))
+
+
 @eqx.filter_jit
 def _stretch(
     rigs: Rig,
@@ -102,27 +125,30 @@ def _stretch(
     asked: Array,
     tolerance: float,
     longest: float,
+    strap: "Strap | None" = None,
 ) -> tuple[Array, Readings]:
     """State where a stretch ends (n, walkers), and readings (times, walkers) at `asked`.
 
-    - `rigs`, `outside`, `start` (n, walkers), `asked` (times, walkers) [s]: by walker.
+    - `rigs`, `outside`, `start` (n, walkers), `asked` (times, walkers) [s], `strap`: by walker.
 
     Of times outside the stretch the readings are those at its nearer end.
     """
 
-    def one(rig: Rig, outside: Surroundings, start: Array, asked: Array) -> tuple:
+    def one(
+        rig: Rig, outside: Surroundings, start: Array, asked: Array, strap: Strap | None
+    ) -> tuple:
         times = jnp.append(jnp.clip(asked, *ends), ends[1])
-        path = _solved(rig, outside, start, ends, times, tolerance, longest)
+        path = _solved(rig, outside, start, ends, times, tolerance, longest, strap)
         states = jnp.where(path.ended, path.states, jnp.nan)
 
         def read(y: Array, time: Array) -> Readings:
-            read = readings(rig, y, outside._replace(time=outside.time + time))
+            read = readings(rig, y, _now(outside, time, strap))
             return Readings(*(jnp.broadcast_to(r, ()) for r in read))
 
         return states[-1], jax.vmap(read)(states[:-1], times[:-1])
 
     # One after another: side by side all would take the steps of each, and copy all that is kept.
-    arrays, rest = eqx.partition((rigs, outside, start, asked), eqx.is_array)
+    arrays, rest = eqx.partition((rigs, outside, start, asked, strap), eqx.is_array)
     first = jax.tree.map(lambda leaf: jnp.moveaxis(leaf, -1, 0), arrays)
     found = jax.lax.map(lambda each: one(*eqx.combine(each, rest)), first)
     return jax.tree.map(lambda leaf: jnp.moveaxis(leaf, 0, -1), found)
@@ -225,15 +251,35 @@ def ring(
     samples: int,
     tolerance: float = TOLERANCE,
 ) -> Array:
-    """Acceleration of the plate after a release; arguments and result as `release.ring`."""
-    walkers = preload.shape[1]
+    """Acceleration of the plate after a sudden release; arguments and result as `release.ring`."""
+    law = jnp.zeros((len(GONE), *preload.shape))
+    return let_go(rig, preload, law, (delay, interval), samples, tolerance)
+
+
+def let_go(
+    rig: Rig,
+    preload: Array,
+    law: Array,
+    sampled: tuple[Array, float],
+    samples: int,
+    tolerance: float = TOLERANCE,
+) -> Array:
+    """Acceleration of the plate when the strap's force falls by a law, (samples, tracks, walkers).
+
+    - `law` (edges, tracks, walkers) [s]: as `rigid.solve.strap.edges` gives it.
+    - `sampled`: time of the first sample after the release time (tracks, walkers), interval [s].
+    """
+    walkers, (first, interval) = preload.shape[1], sampled
     rigs, outside = _by_walker(rig, walkers), FREE._replace(time=0.0)
     outside = Surroundings(*(jnp.broadcast_to(jnp.asarray(p, float), (walkers,)) for p in outside))
     columns = []
-    for load, late in zip(preload, delay, strict=True):
-        asked = late + interval * jnp.arange(samples)[:, None]
+    for track, load in enumerate(preload):
+        begins, asked = law[0, track], first[track] + interval * jnp.arange(samples)[:, None]
+        strap = Strap(load, law[:, track] - begins)
         start = _by_walker(rest_under(rig, load), walkers)
-        ends = (jnp.zeros(()), jnp.max(asked))
-        longest = STRIDE * interval
-        columns.append(_stretch(rigs, outside, start, ends, asked, tolerance, longest)[1])
-    return jnp.stack([column.acceleration for column in columns], axis=1)
+        ends = (jnp.zeros(()), jnp.maximum(jnp.max(asked - begins), interval))
+        swung = _stretch(
+            rigs, outside, start, ends, asked - begins, tolerance, STRIDE * interval, strap
+        )
+        columns.append(jnp.where(asked > begins, swung[1].acceleration, 0.0))
+    return jnp.stack(columns, axis=1)
