@@ -44,9 +44,13 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
     """Lead links that leave `docs/` to where the site has those files; set equations as MathML."""
-    markdown = MATH.sub(lambda found: f"<p>{convert(found[1], display='block')}</p>", markdown)
+    markdown = MATH.sub(_mathml, markdown)
     up = "../" * page.file.src_uri.count("/")
     return OUTSIDE.sub(rf"]({up}\1", markdown)
+
+
+def _mathml(found: re.Match[str]) -> str:
+    return f'<div style="overflow-x: auto">{convert(found[1], display="block")}</div>'
 
 
 def commands() -> str:
@@ -82,6 +86,8 @@ def keys(found: dict[str, Any]) -> str:
         needed = table.get("required", [])
         for key, value in table["properties"].items():
             default = "required" if key in needed else f"`{value.get('default')}`"
+            if isinstance(value.get("default"), dict):
+                default = "those of its keys"
             text.append(f"| `{key}` | {sort(value)} | {default} |")
         text.append("")
     return "\n".join(text)

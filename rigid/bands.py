@@ -2,7 +2,7 @@
 
 import sys
 
-from rigid.io.cli import Options, run, say
+from rigid.io.cli import Options, answer, run, say
 
 SAYS = "Ice load and plate displacement from field records, with uncertainty bands."
 
@@ -31,12 +31,8 @@ def bands(options: Options) -> int:
         folder, seed=options.seed, resume=options.resume, quiet=options.quiet
     )
     note = "simulated data\n" if spec.simulated else ""
-    sys.stdout.write(found.text if options.as_json else note + table(found.tests))
-    for check in found.result["checks"]:
-        if not check["ok"]:
-            sys.stderr.write(f"{check['name']}: {check['says']}\n")
-    say(options, f"report: {folder / 'index.html'}")
-    return 0 if found.result["usable"] else 1
+    printed = found.text if options.as_json else note + table(found.tests)
+    return answer(options, folder, printed, found.result["usable"], found.result["checks"])
 
 
 if __name__ == "__main__":

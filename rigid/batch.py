@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from rigid.io.cli import Options, Takes, run, say
+from rigid.io.cli import Options, Takes, answer, run
 
 SAYS = "Fit every spec of a folder; one page over all: quantities with uncertainty, what drifts."
 TAKES = Takes("a folder of specs (*.toml)", workers=True)
@@ -23,9 +23,8 @@ def batch(options: Options) -> int:
 
     folder = Path(options.spec)
     found = season(folder).fit(options)
-    sys.stdout.write(found.json() if options.as_json else found.table())
-    say(options, f"report: {options.folder(folder) / 'index.html'}")
-    return 0 if found.usable else 1
+    printed = found.json() if options.as_json else found.table()
+    return answer(options, options.folder(folder), printed, found.usable)
 
 
 if __name__ == "__main__":

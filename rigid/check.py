@@ -1,9 +1,9 @@
 """`python -m rigid.check SPEC`: spec and records read and judged, nothing run."""
 
-import json
 import sys
 
 from rigid.io.cli import Options, run
+from rigid.io.files import json_text
 
 SAYS = "Read spec and records and say what a fit would do; --schema prints the specs' JSON Schema."
 
@@ -14,7 +14,7 @@ def main(arguments: list[str] | None = None) -> int:
     if "--schema" in given:
         from rigid.spec.schema import schema
 
-        sys.stdout.write(json.dumps(schema(), indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+        sys.stdout.write(json_text(schema()))
         return 0
     return run("check", SAYS, check, arguments)
 

@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from rigid.io.cli import Options, Takes, run, say
+from rigid.io.cli import Options, Takes, answer, run
 
 SAYS = "Set runs side by side: what moved, which records disagree, what differs."
 TAKES = Takes(
@@ -24,12 +24,8 @@ def compare_runs(options: Options) -> int:
     found = compare(options.runs)
     folder = options.folder(Path("compare"))
     found.write(folder)
-    sys.stdout.write(found.json() if options.as_json else found.table())
-    for check in found.checks:
-        if not check.ok:
-            sys.stderr.write(f"{check.name}: {check.says}\n")
-    say(options, f"report: {folder / 'index.html'}")
-    return 0 if found.usable else 1
+    printed = found.json() if options.as_json else found.table()
+    return answer(options, folder, printed, found.usable, map(vars, found.checks))
 
 
 if __name__ == "__main__":

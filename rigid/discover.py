@@ -2,7 +2,7 @@
 
 import sys
 
-from rigid.io.cli import Options, run, say
+from rigid.io.cli import Options, answer, run
 
 SAYS = "Find where model and data disagree, name the missing effect, add it, show the gap shrink."
 
@@ -28,14 +28,8 @@ def discover(options: Options) -> int:
     found = Study(spec).discover(
         folder, seed=options.seed, resume=options.resume, quiet=options.quiet
     )
-    sys.stdout.write(found.json() if options.as_json else found.table())
-    for check in found.result["checks"]:
-        if not check["ok"]:
-            sys.stderr.write(f"{check['name']}: {check['says']}\n")
-    for line in lines(found.result):
-        say(options, line)
-    say(options, f"report: {folder / 'index.html'}")
-    return 0 if found.usable else 1
+    printed, checks = found.json() if options.as_json else found.table(), found.result["checks"]
+    return answer(options, folder, printed, found.usable, checks, lines(found.result))
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
-from rigid.io.cli import Options, run, say
+from rigid.io.cli import Options, answer, run, say
 
 if TYPE_CHECKING:
     from rigid.spec import Spec
@@ -34,14 +34,8 @@ def fit(options: Options) -> int:
 
     folder = options.folder(spec.path)
     found = Study(spec).fit(folder, seed=options.seed, resume=options.resume, quiet=options.quiet)
-    sys.stdout.write(printed(found.result, folder, options.as_json))
-    for check in found.checks:
-        if not check.ok:
-            sys.stderr.write(f"{check.name}: {check.says}\n")
-    for line in lines(found.result.taken):
-        say(options, line)
-    say(options, f"report: {folder / 'index.html'}")
-    return 0 if found.usable else 1
+    text, checks = printed(found.result, folder, options.as_json), map(vars, found.checks)
+    return answer(options, folder, text, found.usable, checks, lines(found.result.taken))
 
 
 def fit_published(spec: "Spec", options: Options) -> int:
@@ -73,12 +67,8 @@ def fit_published(spec: "Spec", options: Options) -> int:
         found = run(spec, seed, lambda line: say(options, line))
         text = output.write(folder, spec, found, began)
         write_report(KIND, content(spec, found), folder)
-    sys.stdout.write(text if options.as_json else output.table(found))
-    for check in output.checks(found):
-        if not check["ok"]:
-            sys.stderr.write(f"{check['name']}: {check['says']}\n")
-    say(options, f"report: {folder / 'index.html'}")
-    return 0 if found.usable else 1
+    printed = text if options.as_json else output.table(found)
+    return answer(options, folder, printed, found.usable, output.checks(found))
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 import sys
 
-from rigid.io.cli import Options, Takes, run, say
+from rigid.io.cli import Options, Takes, answer, run, say
 
 SAYS = "Compute the paper again: equations (2) to (23), every printed number, and its figures."
 NO_FIT = "no-fit"
@@ -31,12 +31,8 @@ def paper(options: Options) -> int:
     )
     folder = options.folder(found.spec.path)
     found.write(folder)
-    sys.stdout.write(found.json() if options.as_json else found.table())
-    for check in found.checks:
-        if not check["ok"]:
-            sys.stderr.write(f"{check['name']}: {check['says']}\n")
-    say(options, f"report: {folder / 'index.html'}")
-    return 0 if found.usable else 1
+    printed = found.json() if options.as_json else found.table()
+    return answer(options, folder, printed, found.usable, found.checks)
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from rigid.io.cli import Options, Takes, run, say
+from rigid.io.cli import Options, Takes, answer, run
 
 SAYS = "Draw campaigns from a spec, fit them, and test what the posteriors say of the truths."
 WAYS = ("noise-halved", "rounding-ignored", "colour-ignored", "record-twice")
@@ -78,12 +78,9 @@ def validate(options: Options) -> int:
         quiet=options.quiet,
         workers=options.workers,
     )
-    sys.stdout.write(found.json() if options.as_json else found.table())
-    for check in found.verdict.checks:
-        if not check.ok and not found.usable:
-            sys.stderr.write(f"{check.name}: {check.says}\n")
-    say(options, f"report: {folder / 'index.html'}")
-    return 0 if found.usable else 1
+    printed = found.json() if options.as_json else found.table()
+    checks = () if found.usable else map(vars, found.verdict.checks)
+    return answer(options, folder, printed, found.usable, checks)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from rigid.likelihood.problem import Problem
 from rigid.likelihood.tracks import Series, Track
 from rigid.physics.rig import Rig, build_rig
 from rigid.solve import full
-from rigid.solve.drive import Drive
+from rigid.solve.drive import Drive, side_by_side
 from rigid.spec.sheets import SHEETS as DEFAULTS
 from rigid.spec.values import RigSpec
 
@@ -72,7 +72,8 @@ def rig_of(values, names=MEMORY, walkers: bool = False) -> Rig:
 def in_full(rig: Rig, contact, fractions, record: Drive, tolerance: float = full.TOLERANCE) -> dict:
     """Readings (samples,) of one slow record by the full solve; `rig` has one walker."""
     levels = jnp.asarray(fractions, dtype=float)[:, None, None]
-    out = full.march(rig, jnp.asarray([contact]), levels, (record,), tolerance=tolerance)
+    drives = side_by_side((record,))
+    out = full.march(rig, jnp.asarray([contact]), levels, drives, tolerance=tolerance)
     return {quantity: np.asarray(series[:, 0, 0]) for quantity, series in out.items()}
 
 

@@ -25,20 +25,22 @@ from rigid.io.errors import InputError
 from rigid.physics.rig import build_rig
 from rigid.plots.figure import Illustration
 from rigid.report.bands.present import _thousandths
-from rigid.smoothing import kept, learning, paths
+from rigid.smoothing import kept, learning, paths, quantised, reference_check
 from rigid.smoothing.budget import Line
 from rigid.smoothing.events import Fall, Turn, falls, turns
 from rigid.smoothing.field import BLOCK, Field, read_fields
 from rigid.smoothing.finished import Finished
 from rigid.smoothing.kalman import Backward, Filtered, Shown, Smoothed
 from rigid.smoothing.latent import calm
-from rigid.smoothing.laws import Law, read_law, read_laws
+from rigid.smoothing.laws import Law, read_law, read_laws, sheet
 from rigid.smoothing.learning import Learned, Sheet
-from rigid.smoothing.model import Calibration
+from rigid.smoothing.model import QUANTITIES, Calibration
+from rigid.smoothing.reference_check import against_reference
 from rigid.smoothing.run import Band, Bands, Way
 from rigid.smoothing.run import bands as run_bands
-from rigid.smoothing.smoother import Draws, Keeping
+from rigid.smoothing.smoother import Draws, Evidence, Keeping
 from rigid.spec import load_spec
+from rigid.study.bands import smoothing
 
 EFFECTS = ", ".join(f'"{name}"' for name in MEMORY)
 HEAD = f'title = "Field"\nsimulated = true\n[model]\neffects = [{EFFECTS}]\n'
@@ -357,6 +359,7 @@ def test_a_test_is_written_and_let_go_before_the_next(tmp_path, monkeypatch):
     hand = known_by_hand(ZEROS, ZEROS)[1]
     monkeypatch.setattr("rigid.smoothing.run.learned", lambda *_: (hand,))
     monkeypatch.setattr("rigid.smoothing.run.bands", mixed)
+    monkeypatch.setattr("rigid.study.bands.against_reference", lambda *_: ())
     options = Options(str(tmp_path / "field.toml"), tmp_path / "out", None, False, True, False)
     assert bands(options) == 0
     assert alive == [[], [False], [False, False]]
@@ -462,6 +465,37 @@ def test_draws_go_on_where_they_were_stopped_to_the_bit(tmp_path, monkeypatch):
     assert run(Shelf()).budget != whole.budget
 
 
+# The smoother's steps against diffrax
+
+
+def test_the_steps_are_held_against_diffrax_and_another_load_is_seen(tmp_path):
+    """A simulated test with a drop, the load allowed to move as it likes; 1 % more load is seen."""
+    write_drop(tmp_path)
+    asked = smoothing(load_spec(tmp_path / "field.toml"), 1)
+    ((field,),), (law,) = asked.tests, asked.laws
+    sigma, steps = sheet(asked.spec, law, field.cylinder)
+    movement = calm(field.samples, 4, np.array([0.3, 0.3, 0.01]))
+    plain = quantised.plain(field.reading, sigma, steps)
+    evidence = Evidence(field.reading, plain, movement.variances)
+    learned = Learned(movement, field.reading, plain, 0.0, np.zeros((field.samples, 4, 3)), sigma)
+    way = Way(paths.Test((field,), (learned,), np.arange(8), (evidence,)), law)
+    sheets = [asked.spec.sensors[q] for q in QUANTITIES]
+    (found,) = against_reference([way], sheets)
+    assert (found.points, found.ended, found.ok) == (8, 8, True)
+    assert 0.0 < found.worst.bars < 0.5
+    assert "log-posterior" not in found.says
+    real = reference_check.inferred
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(reference_check, "inferred", lambda *given: more_load(real(*given)))
+        (broken,) = against_reference([way], sheets)
+    assert not broken.ok
+    assert broken.worst.bars > 2.0
+
+
+def more_load(told):
+    return told._replace(load=1.01 * told.load)
+
+
 # The stretch over which scales are compared
 
 
@@ -535,15 +569,13 @@ def test_effects_of_ones_own_are_those_beside_the_fit(tmp_path):
 # A whole run
 
 
-@pytest.fixture(scope="module")
-def done(tmp_path_factory):
-    """A run on a simulated test of 4 s with a drop within 4 ms, at the posterior's centre."""
+def write_drop(folder):
+    """Write a simulated test of 4 s with a drop within 4 ms, spec and posterior; gives the test."""
     from rigid.generator.core import Rig
     from rigid.generator.field import Drop, contact_loss
     from rigid.generator.friction import Friction
     from rigid.generator.sensors import Sensor
 
-    folder = tmp_path_factory.mktemp("bands")
     rig = Rig(**{n: NOMINAL[n] for n in Rig.__dataclass_fields__})
     labels = ("mu", "mu_branch[1]", "tau_branch[1]", "mu_branch[2]", "tau_branch[2]")
     friction = Friction(*(NOMINAL[n] for n in labels))
@@ -558,6 +590,14 @@ def done(tmp_path_factory):
     (folder / "press.csv").write_text(text, encoding="utf-8")
     (folder / "field.toml").write_text(spec_text(), encoding="utf-8")
     write_posterior(folder / "posterior.nc")
+    return test
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    """A run on a simulated test of 4 s with a drop within 4 ms, at the posterior's centre."""
+    folder = tmp_path_factory.mktemp("bands")
+    test = write_drop(folder)
     options = Options(str(folder / "field.toml"), folder / "out", None, False, True, False)
     return SimpleNamespace(status=bands(options), out=folder / "out", test=test, folder=folder)
 

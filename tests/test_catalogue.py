@@ -18,6 +18,7 @@ from rigid.effects.base import State
 from rigid.physics.rig import Surroundings
 from rigid.physics.sensors import readings
 from rigid.solve import full, slow, staggered
+from rigid.solve.drive import side_by_side
 from rigid.solve.rest import rest_under
 
 # What can be missing, and in which equation: part of what scripts may rely on.
@@ -115,7 +116,7 @@ IN_MOTION = {  # what moves otherwise, with whether the check against the refere
 @eqx.filter_jit
 def marched(rig, contact, fractions, record, steady):
     march = slow.march if steady else staggered.march
-    return march(rig, contact, fractions, (record,))
+    return march(rig, contact, fractions, side_by_side((record,)))
 
 
 def simulated(values, names, kind, steady) -> dict[str, np.ndarray]:

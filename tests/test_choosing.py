@@ -571,7 +571,7 @@ def test_the_command_finds_seal_friction_and_writes_its_files(tmp_path: Path, ca
     assert len(rows) == 1 + len(NAMES)
     page = (out / "index.html").read_text("utf-8")
     assert "Simulated data" in page
-    assert "Laws of friction" in page
+    assert "Friction models" in page
 
 
 def test_the_laws_of_a_spec(tmp_path: Path):
@@ -627,6 +627,7 @@ def told(verdict: str, tied: tuple[str, ...] = (), usable: bool = True) -> dict:
     record = {"record": "a free run like free-run-1 (cylinder A) at 3 times", "apart": 2.0}
     return {
         "verdict": verdict, "usable": usable, "gap": 1.7, "seed": 1,
+        "held_exact": [{"name": "S_Pl", "says": "S_Pl = 44.2 cm^2"}], "set_aside": [],
         "checks": [{"name": "residuals", "ok": usable, "says": "as large as they are"}],
         "laws": list(one.values()),
         "first": COULOMB, "tied": list(tied), "next_record": record if tied else None,
@@ -641,10 +642,10 @@ def page_of(spec: Spec, made: dict) -> str:
 def test_the_section_says_what_the_comparison_says():
     spec = load_spec(Path(__file__).parents[1] / "fits" / "calibration.toml")
     cases = {
-        "no other law is tied": told(LAW),
+        "no other model is tied": told(LAW),
         "do not need the larger stribeck": told(TIED, (STRIBECK,)),
         "These records cannot tell: coulomb, or viscous": told(CANNOT_TELL, (VISCOUS,)),
-        "No law explains the records": told(LAW, usable=False),
+        "No friction model explains the records": told(LAW, usable=False),
     }
     for says, made in cases.items():
         html = page_of(spec, made)

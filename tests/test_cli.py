@@ -324,7 +324,7 @@ def test_a_folder_in_use_is_status_3(command, spec):
     with locked(spec.parent / "out"):
         status, out, err = fit(command, spec, "--out", spec.parent / "out")
     assert (status, out) == (3, "")
-    assert f"in use by another run (process {os.getpid()})" in err
+    assert f"in use by another run (process {os.getpid()} on " in err
 
 
 def test_a_fault_found_after_the_records_leaves_no_result(command, spec):

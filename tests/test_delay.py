@@ -14,6 +14,7 @@ from rigid.likelihood.priors import Normal
 from rigid.localfit.candidates import candidates, laws_of
 from rigid.physics.rig import Rig
 from rigid.solve import slow, staggered
+from rigid.solve.drive import side_by_side
 
 PSI = 6894.757
 FINE = 16
@@ -30,7 +31,7 @@ def pressure(march, record, kind: str, delay: float | None) -> np.ndarray:
     rig = rig_of(NOMINAL | more, names, walkers=True)
     _, contact, fractions = RECORDS[kind]
     levels = jnp.asarray(fractions)[:, None, None]
-    out = eqx.filter_jit(march)(rig, jnp.asarray([contact]), levels, (record,))
+    out = eqx.filter_jit(march)(rig, jnp.asarray([contact]), levels, side_by_side((record,)))
     return np.asarray(out["pressure"])[: record.samples, 0, 0]
 
 

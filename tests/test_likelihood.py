@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from rigs import SHEETS, frame_problem, release_problem
 
-from rigid.likelihood.channels import BLOCK, Piece, fitted
+from rigid.likelihood.channels import Piece
 from rigid.likelihood.groups import SlowGroup
-from rigid.likelihood.noise import marginal, quadratic, sample_law
+from rigid.likelihood.marginal import BLOCK, marginal_likelihood
+from rigid.likelihood.noise import marginal, quadratic
 from rigid.likelihood.problem import log_density, log_posterior
 
 
@@ -44,8 +45,10 @@ VALUES = {"noise[load,A]": jnp.asarray([140.0, 147.5, 160.0])}
 def test_a_sensor_is_the_same_in_every_record():
     """Cut into records or not, the samples of a sensor have one gain and one zero."""
     n = 3 * BLOCK + 17
-    whole = fitted(*made_pieces(np.random.default_rng(51), n, (n,)), VALUES)
-    parts = fitted(*made_pieces(np.random.default_rng(51), n, (50, BLOCK, n - 50 - BLOCK)), VALUES)
+    whole = marginal_likelihood(*made_pieces(np.random.default_rng(51), n, (n,)), VALUES)
+    parts = marginal_likelihood(
+        *made_pieces(np.random.default_rng(51), n, (50, BLOCK, n - 50 - BLOCK)), VALUES
+    )
     np.testing.assert_allclose(parts.value, whole.value, rtol=1e-11)
     np.testing.assert_allclose(parts.sensors["load,A"].best.gain, whole.sensors["load,A"].best.gain)
     assert set(parts.tracks) == {(0, 0), (1, 0), (2, 0)}
@@ -63,20 +66,20 @@ def test_samples_without_weight_do_not_count():
     one = eqx.tree_at(
         lambda p: (p.data, p.weight), pieces[0], (jnp.asarray(spoilt), jnp.asarray(weight))
     )
-    got = fitted((one,), predictions, VALUES)
+    got = marginal_likelihood((one,), predictions, VALUES)
     kept = weight[:, 0] > 0
     sheet = SHEETS["load"]
     less = Piece(0, "load", sheet, (0,), ("A",), spoilt[kept], np.ones((kept.sum(), 1)))
-    expected = fitted((less,), [{"load": predictions[0]["load"][kept]}], VALUES)
+    expected = marginal_likelihood((less,), [{"load": predictions[0]["load"][kept]}], VALUES)
     np.testing.assert_allclose(got.value, expected.value, rtol=1e-11)
 
 
 def test_value_is_the_sum_over_samples():
     n = 2 * BLOCK + 5
     pieces, predictions = made_pieces(np.random.default_rng(53), n, (n,))
-    got = fitted(pieces, predictions, VALUES)
+    got = marginal_likelihood(pieces, predictions, VALUES)
     sheet, best = SHEETS["load"], got.sensors["load,A"].best
-    law = sample_law(VALUES["noise[load,A]"], sheet.step, sheet.noise)
+    law = sheet.law(VALUES["noise[load,A]"])
     column = pieces[0].data
     again = quadratic(
         law, best.gain, best.zero, column, jnp.ones((n, 1)), predictions[0]["load"][:, 0]
@@ -89,7 +92,9 @@ def test_halves_of_the_weight_count_half():
     n = 100
     pieces, predictions = made_pieces(np.random.default_rng(54), n, (n,))
     half = eqx.tree_at(lambda p: p.weight, pieces[0], 0.5 * pieces[0].weight)
-    full, tempered = (fitted((p,), predictions, VALUES).sensors["load,A"] for p in (*pieces, half))
+    full, tempered = (
+        marginal_likelihood((p,), predictions, VALUES).sensors["load,A"] for p in (*pieces, half)
+    )
     ratio = np.asarray(tempered.var_zero / full.var_zero)
     assert np.all(ratio > 1.0)
     assert np.all(ratio < 2.0)  # the prior's share does not change

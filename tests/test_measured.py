@@ -59,7 +59,7 @@ class Fit:
         found = search(assemble(spec, self.records), 2, 1)
         z = jnp.asarray(found.optima[0].z[None])
         self.values = {k: float(v[0]) for k, v in values_of(found.problem, np.asarray(z)).items()}
-        sensors = found.problem.fitted(z).sensors
+        sensors = found.problem.marginal_likelihood(z).sensors
         predicted = found.problem.predict(found.problem.parameters.values(z))
         residuals, forces = [], []
         for piece in found.problem.pieces:

@@ -9,6 +9,7 @@ from rigs import BASE, NOMINAL, drive, rig_of
 from test_staggered import by_lsoda, worst
 
 from rigid.solve import slow
+from rigid.solve.drive import side_by_side
 from rigid.solve.stroke_range import foreseen
 
 FRAME = NOMINAL["k_frame"]
@@ -16,7 +17,7 @@ FRAME = NOMINAL["k_frame"]
 
 def by_blocks(values, contact: float, flows, record) -> dict[str, np.ndarray]:
     """Compiled anew, so that what a test breaks on purpose is broken."""
-    march = eqx.filter_jit(lambda *given: slow.march(*given, (record,)))
+    march = eqx.filter_jit(lambda *given: slow.march(*given, side_by_side((record,))))
     levels = jnp.asarray(flows)[:, None, None]
     out = march(rig_of(values, BASE, walkers=True), jnp.asarray([contact]), levels)
     return {k: np.asarray(x[: record.samples, 0, 0]) for k, x in out.items()}
@@ -74,7 +75,7 @@ def told_by_the_frame_alone(mu: float) -> float:
     def read(logs):
         k_lc, k_frame, flow = jnp.exp(logs)
         rig = rig_of(values | {"k_LC": values["k_LC"] * k_lc}, BASE, walkers=True)
-        out = slow.march(rig, jnp.asarray([FRAME * k_frame]), flows * flow, (record,))
+        out = slow.march(rig, jnp.asarray([FRAME * k_frame]), flows * flow, side_by_side((record,)))
         return jnp.concatenate([out[k][: record.samples, 0, 0] / s for k, s in NOISE.items()])
 
     slopes = np.asarray(eqx.filter_jit(jax.jacfwd(read))(jnp.zeros(3)))

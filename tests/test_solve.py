@@ -7,10 +7,10 @@ import pytest
 from rigs import MEMORY, NOMINAL, drive, frame_problem, in_full, prior_draws, rig_of
 from scipy.linalg import expm
 
-from rigid.likelihood.channels import fitted
+from rigid.likelihood.marginal import marginal_likelihood
 from rigid.physics.rig import Surroundings
 from rigid.solve import full, slow
-from rigid.solve.drive import STRIDE, require_apart
+from rigid.solve.drive import STRIDE, require_apart, side_by_side
 from rigid.solve.release import ring
 from rigid.solve.rest import rest_under
 from rigid.solve.step_matrices import jacobian, step_matrix
@@ -22,7 +22,7 @@ COUNT = 0.05985504150390625  # m/s^2, of the accelerometer
 
 @eqx.filter_jit
 def marched(rig, contact, fractions, record):
-    return slow.march(rig, contact, fractions, (record,))
+    return slow.march(rig, contact, fractions, side_by_side((record,)))
 
 
 rung = eqx.filter_jit(ring)
@@ -185,12 +185,12 @@ def test_halving_the_tolerance_moves_no_log_likelihood():
 
     def log_likelihood(tolerance: float) -> float:
         exact = problem.with_tolerance(tolerance)
-        return float(fitted(problem.pieces, exact.predict(values), values).value[0])
+        return float(marginal_likelihood(problem.pieces, exact.predict(values), values).value[0])
 
     at_default = log_likelihood(full.TOLERANCE)
     assert abs(log_likelihood(full.TOLERANCE / 2) - at_default) < 0.01
     # What the long steps themselves are off by.
-    by_march = float(problem.fitted(jnp.zeros((1, problem.parameters.size))).value[0])
+    by_march = float(problem.marginal_likelihood(jnp.zeros((1, problem.parameters.size))).value[0])
     assert abs(by_march - at_default) < 0.3  # its own error, the same at neighbouring values
 
 

@@ -13,6 +13,7 @@ from rigid.effects.bristle import share_rate
 from rigid.physics.rig import Surroundings
 from rigid.physics.sensors import readings
 from rigid.solve import release, staggered
+from rigid.solve.drive import side_by_side
 
 DRY = {
     "coulomb-friction": {"F_C": 800.0},
@@ -33,7 +34,7 @@ ANGLE = 0.3
 @eqx.filter_jit
 def marched(rig, contact, fractions, record):
     angles = jnp.full_like(fractions[0], ANGLE)
-    return staggered.march(rig, contact, fractions, (record,), angles)
+    return staggered.march(rig, contact, fractions, side_by_side((record,)), angles)
 
 
 def by_steps(values, names, contact: float, flows, record) -> dict[str, np.ndarray]:

@@ -26,7 +26,10 @@ def main(arguments: list[str] | None = None) -> int:
         parser.error(f"--strength is {options.strength}; allowed is above 0")
     if NOTHING in options.hide and len(options.hide) > 1:
         parser.error(f"--hide {NOTHING} stands beside others; name it alone")
-    conditions, secrets = _conditions(options)
+    try:
+        conditions, secrets = _conditions(options)
+    except ValueError as error:
+        parser.error(f"{error}; take another --seed or --strength")
     campaign(
         options.seed,
         options.out,

@@ -19,7 +19,6 @@ import numpy as np
 import optimistix as optx
 from jax import Array
 
-from rigid.likelihood import noise
 from rigid.likelihood.channels import Piece
 from rigid.likelihood.problem import Problem
 
@@ -116,7 +115,7 @@ def _of_piece(
     gain, zero = standard[at, 0] * spread.gain, standard[at, 1] * spread.zero
     m = piece.reading(swept[0])[..., 0]
     slope = piece.reading(swept[1]) * (1.0 + gain)[:, None]
-    law = noise.sample_law(piece.sigma(values)[:, 0], piece.sheet.step, piece.sheet.noise)
+    law = piece.sheet.law(piece.sigma(values)[:, 0])
     point = law(piece.data - (1.0 + gain) * m - zero)
     own = jax.nn.one_hot(at, len(problem.sensors))
     by_gain = m[..., None] * spread.gain * own

@@ -10,7 +10,6 @@ import numpy as np
 from jax import Array
 
 from rigid.inference.search import Found
-from rigid.likelihood.noise import sample_law
 from rigid.likelihood.problem import Problem, in_batches, predict
 
 LEAST_SAMPLES = 128
@@ -77,7 +76,7 @@ def _sums(
     """
     values, out = problem.parameters.values(z), []
     for piece, length in zip(problem.pieces, lengths, strict=True):
-        law = sample_law(piece.sigma(values), piece.sheet.step, piece.sheet.noise)
+        law = piece.sheet.law(piece.sigma(values))
         fault = jnp.stack([faults[piece.sensor(i)] for i in range(len(piece.tracks))])
         reading = (1.0 + fault[..., 0]) * piece.reading(predictions) + fault[..., 1]
         terms = piece.weight[..., None] * law(piece.data[..., None] - reading).value

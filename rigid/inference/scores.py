@@ -8,7 +8,6 @@ import numpy as np
 from jax import Array
 
 from rigid.likelihood.correlation import Autoregression, autoregression
-from rigid.likelihood.noise import sample_law
 from rigid.likelihood.problem import Problem, evaluate, in_batches, predict
 
 
@@ -30,7 +29,7 @@ def _slopes(problem: Problem, predictions: list, sensors: dict, z: Array) -> lis
         m, sigma = piece.reading(predictions), piece.sigma(values)
         best = jnp.stack([sensors[piece.sensor(i)] for i in range(len(piece.tracks))])
         r = piece.data[..., None] - (1.0 + best[:, 0]) * m - best[:, 1]
-        out.append(sample_law(sigma, piece.sheet.step, piece.sheet.noise)(r).slope[..., 0])
+        out.append(piece.sheet.law(sigma)(r).slope[..., 0])
     return out
 
 

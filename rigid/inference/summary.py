@@ -2,8 +2,6 @@
 
 import csv
 import io
-import json
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -13,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid.inference import convergence
-from rigid.io.files import write_text
+from rigid.io.files import json_text, plain, write_text
 
 SCHEMA = 1
 COLUMNS = (
@@ -54,7 +52,7 @@ class ParameterRow:
             "name": self.name, "unit": self.unit, **asdict(self.summary),
             "published": self.published,
         }  # fmt: skip
-        return {column: _plain(flat[column]) for column in COLUMNS}
+        return {column: plain(flat[column]) for column in COLUMNS}
 
 
 @dataclass(frozen=True)
@@ -131,7 +129,7 @@ class Result:
     def values(self) -> dict[str, Any]:
         """The entries of result.json."""
         rows = {row.name: row.values() for row in self.parameters}
-        plain = {
+        told = {
             "schema": SCHEMA,
             "spec": self.spec,
             "usable": self.usable,
@@ -149,7 +147,7 @@ class Result:
             "sha256": self.sha256,
             **self.taken,
         }
-        return _plain(plain | ({"preliminary": True} if self.preliminary else {}))
+        return plain(told | ({"preliminary": True} if self.preliminary else {}))
 
 
 def summarise(
@@ -201,20 +199,4 @@ def write_summary_csv(path: Path | str, rows: Sequence[ParameterRow]) -> None:
 
 def write_result_json(path: Path | str, result: Result) -> None:
     """Write the result for programs; null stands for what is not known or not finite."""
-    text = json.dumps(result.values(), indent=1, ensure_ascii=False, allow_nan=False)
-    write_text(path, text + "\n")
-
-
-def _plain(value: Any) -> Any:
-    """The value in what JSON knows, with None in place of NaN and infinity."""
-    if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple, np.ndarray)):
-        return [_plain(item) for item in value]
-    if isinstance(value, (bool, np.bool_)):
-        return bool(value)
-    if isinstance(value, np.integer):
-        return int(value)
-    if isinstance(value, (float, np.floating)):
-        return float(value) if math.isfinite(value) else None
-    return value
+    write_text(path, json_text(result.values()))

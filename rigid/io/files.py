@@ -2,14 +2,16 @@
 
 import errno
 import fcntl
+import json
 import math
 import os
 import socket
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 from rigid.io.errors import EnvironmentFaultError, InputError
 
@@ -155,3 +157,19 @@ def _holder(handle: int) -> str:
 def finite(value: float | None) -> float | None:
     """A number for JSON: None where it is none."""
     return None if value is None or not math.isfinite(value) else float(value)
+
+
+def plain(value: Any) -> Any:
+    """A value in what JSON knows: text, numbers, lists, tables; None for what is not finite."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(item) for item in value]
+    if hasattr(value, "tolist"):  # of NumPy, which is not imported before the first line is out
+        return plain(value.tolist())
+    return finite(value) if isinstance(value, float) else value
+
+
+def json_text(value: Any) -> str:
+    """A value as the text of a JSON file."""
+    return json.dumps(plain(value), indent=1, ensure_ascii=False, allow_nan=False) + "\n"

@@ -9,7 +9,8 @@ from rigid.effects.declare import ParameterInfo, PriorDescription
 from rigid.io.errors import InputError
 from rigid.likelihood.channels import SensorSheet, make_pieces
 from rigid.likelihood.effect_lookup import effects_named
-from rigid.likelihood.groups import GROUPS, PUMP_ANGLE, Grouping, beating, flow_name
+from rigid.likelihood.grouping import Grouping
+from rigid.likelihood.groups import GROUPS, PUMP_ANGLE, beating, flow_name
 from rigid.likelihood.parameters import Parameter, Parameters, collect, require_known
 from rigid.likelihood.priors import AbstractLaw, make_law
 from rigid.likelihood.problem import Problem

@@ -1,12 +1,12 @@
 """Records of one kind simulated together, in one compiled program for all walkers."""
 
-import dataclasses
 from abc import abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jax import Array
 
@@ -14,8 +14,9 @@ from rigid.effects import AbstractEffect
 from rigid.kinds.base import Solver
 from rigid.likelihood.parameters import Scoped
 from rigid.likelihood.tracks import Track
-from rigid.physics.rig import Rig, acting, build_rig
+from rigid.physics.rig import Rig, build_rig
 from rigid.solve import full, inverse, release, slow, staggered
+from rigid.solve.drive import Drive, Drives, side_by_side
 from rigid.solve.strap import REACH, abrupt, edges, lattice, let_go
 
 PUMP_ANGLE = "pump_angle"
@@ -24,6 +25,9 @@ PUMP_ANGLE = "pump_angle"
 
 class AbstractGroup(eqx.Module):
     """Tracks that share one program: same kind, same sampling, same view of the parameters.
+
+    What they read is `grid.simulate(inputs(values))`: neither holds a name, so that groups of one
+    shape share their programs, of one campaign or of several.
 
     - `tolerance`: of the full solve by diffrax; None: exponential steps predict.
     """
@@ -38,35 +42,101 @@ class AbstractGroup(eqx.Module):
         """Samples of the grid, which is that of the longest track."""
         return max(t.size for t in self.tracks)
 
+    @property
     @abstractmethod
+    def grid(self) -> "AbstractGrid":
+        """What is known of the records before a fit."""
+
+    @abstractmethod
+    def inputs(self, values: Mapping[str, Array]) -> tuple[Rig | inverse.Body | Array, ...]:
+        """Return what a simulation takes of the parameters: rig, then (..., walkers) each."""
+
     def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
         """Return ideal readings by quantity, (samples, tracks, walkers), from values by label."""
+        return self.own(self.grid.simulate(self.inputs(values)))
+
+    def own(self, found: dict[str, Array]) -> dict[str, Array]:
+        """Return readings on the grid for the group's own samples and tracks."""
+        return {q: s[: self.samples, : len(self.tracks)] for q, s in found.items()}
+
+
+class AbstractGrid(eqx.Module):
+    """What is known of a group's records before a fit, without a name."""
+
+    @abstractmethod
+    def simulate(self, inputs: tuple) -> dict[str, Array]:
+        """Return ideal readings by quantity, (samples, tracks, walkers)."""
+
+
+class Room(NamedTuple):
+    """Tracks, flow fractions and switches of a track that a grid has room for."""
+
+    tracks: int = 0
+    levels: int = 0
+    switches: int = 0
+
+
+class SlowGrid(AbstractGrid):
+    """Drives of slow records, marched through by long steps where the rig is steady."""
+
+    drives: Drives
+    tolerance: float | None = eqx.field(static=True)
+
+    def simulate(self, inputs: tuple) -> dict[str, Array]:
+        """Return load, stroke and pressure; `inputs` as of `SlowGroup.inputs`."""
+        rig, contact, fractions, angles = inputs
+        if self.tolerance is not None:
+            return full.march(rig, contact, fractions, self.drives, angles, self.tolerance)
+        if rig.steady:
+            return slow.march(rig, contact, fractions, self.drives)
+        return staggered.march(rig, contact, fractions, self.drives, angles)
 
 
 class SlowGroup(AbstractGroup):
-    """Frame compression, free running and field records: marched through by long steps."""
+    """Frame compression, free running and field records.
+
+    - `room`: of its grid, where that is more than its own tracks take.
+    """
 
     tracks: tuple[Track, ...]
     effects: tuple[type[AbstractEffect], ...] = eqx.field(static=True)
     tolerance: float | None = eqx.field(static=True, default=None)
+    room: Room = eqx.field(static=True, default=Room())
     quantities: ClassVar[tuple[str, ...]] = ("load", "stroke", "pressure")
 
-    def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
-        """Return load, stroke and pressure."""
-        drives = tuple(t.drive for t in self.tracks if t.drive is not None)
+    @property
+    def taken(self) -> Room:
+        """What the group's own tracks take."""
+        levels = max((max(t.open_levels, default=0) for t in self.tracks), default=0)
+        moves = max(len(d.levels) for d in self._drives) - 1
+        return Room(len(self.tracks), 1 + levels, moves)
+
+    @property
+    def _drives(self) -> list[Drive]:
+        return [t.drive for t in self.tracks if t.drive is not None]
+
+    @property
+    def _laid(self) -> Room:
+        """Room of the grid; a full solve has no program to share, and takes none in vain."""
+        return Room(*map(max, self.taken, Room() if self.tolerance else self.room))
+
+    def _spread(self, listed: list) -> list:
+        """What is listed by track, the last again where the grid has room for more."""
+        return listed + listed[-1:] * (self._laid.tracks - len(listed))
+
+    @property
+    def grid(self) -> SlowGrid:
+        """The drives side by side."""
+        drives = side_by_side(self._spread(self._drives), self._laid.switches)
+        return SlowGrid(drives, self.tolerance)
+
+    def inputs(self, values: Mapping[str, Array]) -> tuple[Rig, Array, Array, Array]:
+        """Return rig, stiffness of the frame, flow fractions and the pump's angles."""
         seen = Scoped(values, self.tracks[0].scope)
-        rig = build_rig(self.effects, seen)
         framed = self.tracks[0].of.contact == "frame"
         contact = seen["k_frame"] * (1.0 if framed else 0.0)
-        fractions = self._fractions(values, contact)
-        angles = self._angles(values, contact)
-        if self.tolerance is not None:
-            out = full.march(rig, contact, fractions, drives, angles, self.tolerance)
-        elif rig.steady:
-            out = slow.march(rig, contact, fractions, drives)
-        else:
-            out = staggered.march(rig, contact, fractions, drives, angles)
-        return {quantity: series[: self.samples] for quantity, series in out.items()}
+        rig = build_rig(self.effects, seen)
+        return rig, contact, self._fractions(values, contact), self._angles(values, contact)
 
     def _angles(self, values: Mapping[str, Array], like: Array) -> Array:
         """Angles of the pump (tracks, walkers) [rad], 0 where nothing beats."""
@@ -74,22 +144,64 @@ class SlowGroup(AbstractGroup):
         for t in self.tracks:
             shared, own = (f"{PUMP_ANGLE}[{place}]" for place in (t.name, t.label))
             angles.append(values.get(shared, values.get(own, 0.0)) + 0.0 * like)
-        return jnp.stack(angles)
+        return jnp.stack(self._spread(angles))
 
     def _fractions(self, values: Mapping[str, Array], like: Array) -> Array:
         """Flow fractions (levels, tracks, walkers)."""
-        levels = 1 + max((max(t.open_levels, default=0) for t in self.tracks), default=0)
-        rows = []
-        for level in range(levels):
-            rows.append(
-                jnp.stack(
-                    [
-                        values[flow_label(t, level)] if level in t.open_levels else 0.0 * like
-                        for t in self.tracks
-                    ]
-                )
-            )
-        return jnp.stack(rows)
+
+        def of(track: Track, level: int) -> Array:
+            return values[flow_label(track, level)] if level in track.open_levels else 0.0 * like
+
+        levels = range(self._laid.levels)
+        return jnp.stack(
+            [jnp.stack(self._spread([of(t, level) for t in self.tracks])) for level in levels]
+        )
+
+
+class ReleaseGrid(AbstractGrid):
+    """When releases begin.
+
+    - `onset_times` (tracks,) [s]: of the first sample after each. - `onsets`: their numbers.
+    - `sizes`: samples of each track.
+    """
+
+    onset_times: Array
+    interval: float = eqx.field(static=True)
+    onsets: tuple[int, ...] = eqx.field(static=True)
+    sizes: tuple[int, ...] = eqx.field(static=True)
+    tolerance: float | None = eqx.field(static=True)
+
+    def simulate(self, inputs: tuple) -> dict[str, Array]:
+        """Return the acceleration, 0 before the release; `inputs` as of `ReleaseGroup.inputs`."""
+        rig, preload, instant, law = inputs
+        delay = self.onset_times[:, None] - instant
+        if law is not None:
+            return {"acceleration": self._gradual(rig, preload, delay, law)}
+        longest = max(size - o for size, o in zip(self.sizes, self.onsets, strict=True))
+        ring = release.ring if rig.steady else staggered.ring
+        if self.tolerance is not None:
+            ring = partial(full.ring, tolerance=self.tolerance)
+        swing = ring(rig, preload, delay, self.interval, longest)
+        samples = max(self.sizes)
+        out = jnp.zeros((samples, *preload.shape))
+        for i, onset in enumerate(self.onsets):
+            length = min(longest, samples - onset)
+            out = out.at[onset : onset + length, i].set(swing[:length, i])
+        return {"acceleration": out}
+
+    def _gradual(self, rig: Rig, preload: Array, delay: Array, law: Array) -> Array:
+        """Acceleration where straps take their time; records begin REACH samples before the onset.
+
+        - `law`: as `rigid.solve.strap.edges` gives it.
+        """
+        samples = max(self.sizes)
+        if self.tolerance is not None:
+            sampled = delay - REACH * self.interval, self.interval
+            return full.let_go(rig, preload, law, sampled, samples, self.tolerance)
+        at = lattice(delay, self.interval)
+        ring = release.ring if rig.steady else staggered.ring
+        swing = ring(rig, preload, at.delay, self.interval, samples)
+        return let_go(swing, abrupt(rig, preload, self.interval), at, law, self.interval)
 
 
 class ReleaseGroup(AbstractGroup):
@@ -100,44 +212,43 @@ class ReleaseGroup(AbstractGroup):
     tolerance: float | None = eqx.field(static=True, default=None)
     quantities: ClassVar[tuple[str, ...]] = ("acceleration",)
 
-    def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
-        """Return the acceleration, 0 before the strap lets go."""
+    @property
+    def grid(self) -> ReleaseGrid:
+        """When the releases begin."""
+        onsets = tuple(t.onset for t in self.tracks if t.onset is not None)
+        return ReleaseGrid(
+            jnp.stack([t.onset_time for t in self.tracks]),
+            self.tracks[0].interval,
+            onsets,
+            tuple(t.size for t in self.tracks),
+            self.tolerance,
+        )
+
+    def inputs(self, values: Mapping[str, Array]) -> tuple[Rig, Array, Array, Array | None]:
+        """Return rig, preloads, instants of release, and how straps let go; None: at once."""
         rig = build_rig(self.effects, Scoped(values, self.tracks[0].scope))
         preload = jnp.stack([values[f"preload[{t.label}]"] for t in self.tracks])
-        delay = jnp.stack([t.onset_time - values[f"release_time[{t.label}]"] for t in self.tracks])
-        onsets = [t.onset for t in self.tracks if t.onset is not None]
-        longest = max(t.size - o for t, o in zip(self.tracks, onsets, strict=True))
-        if any(f"release_duration[{t.label}]" in values for t in self.tracks):
-            return {"acceleration": self._let_go(rig, preload, delay, self._law(values, preload))}
-        ring = release.ring if rig.steady else staggered.ring
-        if self.tolerance is not None:
-            ring = partial(full.ring, tolerance=self.tolerance)
-        swing = ring(rig, preload, delay, self.tracks[0].interval, longest)
-        out = jnp.zeros((self.samples, *preload.shape))
-        for i, onset in enumerate(onsets):
-            length = min(longest, self.samples - onset)
-            out = out.at[onset : onset + length, i].set(swing[:length, i])
-        return {"acceleration": out}
+        instant = jnp.stack([values[f"release_time[{t.label}]"] for t in self.tracks])
+        return rig, preload, instant, self._law(values, preload)
 
-    def _let_go(self, rig: Rig, preload: Array, delay: Array, law: Array) -> Array:
-        """Acceleration where straps take their time; they begin REACH samples after the record."""
-        interval = self.tracks[0].interval
-        if self.tolerance is not None:
-            sampled = delay - REACH * interval, interval
-            return full.let_go(rig, preload, law, sampled, self.samples, self.tolerance)
-        at = lattice(delay, interval)
-        ring = release.ring if rig.steady else staggered.ring
-        swing = ring(rig, preload, at.delay, interval, self.samples)
-        return let_go(swing, abrupt(rig, preload, interval), at, law, interval)
-
-    def _law(self, values: Mapping[str, Array], like: Array) -> Array:
+    def _law(self, values: Mapping[str, Array], like: Array) -> Array | None:
         """Instants after the release time by which shares of the preload have gone [s]."""
-        laws = []
-        for t in self.tracks:
-            duration = values.get(f"release_duration[{t.label}]", 0.0) + 0.0 * like[0]
-            shape = (values[name] + 0.0 * like[0] for name in ("release_begin", "release_end"))
-            laws.append(edges(duration, *shape))
-        return jnp.stack(laws, axis=1)
+        labels = [f"release_duration[{t.label}]" for t in self.tracks]
+        if not any(label in values for label in labels):
+            return None
+        begin, end = (values[name] + 0.0 * like[0] for name in ("release_begin", "release_end"))
+        durations = (values.get(label, 0.0) + 0.0 * like[0] for label in labels)
+        return jnp.stack([edges(duration, begin, end) for duration in durations], axis=1)
+
+
+class MotionGrid(AbstractGrid):
+    """Measured motions side by side."""
+
+    along: inverse.Along
+
+    def simulate(self, inputs: tuple) -> dict[str, Array]:
+        """Return the force; it follows from the motion, and nothing is solved."""
+        return {"force": inverse.force(inputs[0], self.along)}
 
 
 class MotionGroup(AbstractGroup):
@@ -148,11 +259,45 @@ class MotionGroup(AbstractGroup):
     tolerance: float | None = eqx.field(static=True, default=None)
     quantities: ClassVar[tuple[str, ...]] = ("force",)
 
-    def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
-        """Return the force; it follows from the motion, and nothing is solved."""
-        seen = Scoped(values, self.tracks[0].scope)
-        along = inverse.together([t.along for t in self.tracks if t.along is not None])
-        return {"force": inverse.force(inverse.build_body(self.effects, seen), along)}
+    @property
+    def grid(self) -> MotionGrid:
+        """The motions side by side."""
+        return MotionGrid(inverse.together([t.along for t in self.tracks if t.along is not None]))
+
+    def inputs(self, values: Mapping[str, Array]) -> tuple[inverse.Body]:
+        """Return the body."""
+        return (inverse.build_body(self.effects, Scoped(values, self.tracks[0].scope)),)
+
+
+def predictions(
+    groups: Sequence[AbstractGroup], values: Mapping[str, Array]
+) -> list[dict[str, Array]]:
+    """Ideal readings of every group, by quantity, (samples, tracks, walkers).
+
+    Groups of one shape take turns in one program: side by side, each would be compiled anew.
+    """
+    asked = [(group.grid, group.inputs(values)) for group in groups]
+    found: dict[int, dict[str, Array]] = {}
+    for members in _alike(asked):
+        if len(members) == 1:
+            grid, inputs = asked[members[0]]
+            found[members[0]] = grid.simulate(inputs)
+            continue
+        turns = jax.tree.map(lambda *leaves: jnp.stack(leaves), *(asked[i] for i in members))
+        read = jax.lax.map(lambda turn: turn[0].simulate(turn[1]), turns)
+        for place, i in enumerate(members):
+            found[i] = {q: series[place] for q, series in read.items()}
+    return [group.own(found[i]) for i, group in enumerate(groups)]
+
+
+def _alike(asked: Sequence[tuple]) -> list[list[int]]:
+    """Numbers of those that share their shape, together."""
+    alike: dict[tuple, list[int]] = {}
+    for i, one in enumerate(asked):
+        leaves, form = jax.tree.flatten(one)
+        shapes = tuple((jnp.shape(leaf), jnp.result_type(leaf)) for leaf in leaves)
+        alike.setdefault((form, shapes), []).append(i)
+    return list(alike.values())
 
 
 GROUPS: dict[Solver, type[SlowGroup | ReleaseGroup | MotionGroup]] = {
@@ -192,45 +337,3 @@ def flow_name(track: Track, level: int) -> tuple[str, tuple[str, ...]]:
     if level == 1:
         return "kappa", own
     return "kappa_tank", own if level == 2 else (*own, str(level - 1))
-
-
-@dataclasses.dataclass(frozen=True)
-class Grouping:
-    """How tracks fall into groups: those with the same key share a program.
-
-    - `effects`: all there are. - `vary`: by what each parameter that varies does.
-    - `only`: the kind, cylinder or "record,cylinder" that an effect is confined to, by its name.
-    - `tolerance`: of the full solve, None: exponential steps.
-    """
-
-    effects: tuple[type[AbstractEffect], ...]
-    vary: Mapping[str, str]
-    only: Mapping[str, str] = dataclasses.field(default_factory=dict)
-    tolerance: float | None = None
-
-    def acting(self, track: Track) -> tuple[type[AbstractEffect], ...]:
-        """Return the effects that act in a track."""
-        return tuple(
-            e
-            for e in acting(self.effects, track.kind)
-            if self.only.get(e.name, track.kind) in track.scope
-        )
-
-    def key(self, track: Track) -> tuple:
-        """Return what a track must share with the others of its group."""
-        by = set(self.vary.values())
-        scope: dict[str, str] = dict(zip(("kind", "cylinder", "record"), track.scope, strict=True))
-        names = tuple(e.name for e in self.acting(track))
-        return track.kind, round(track.interval, 9), names, *(scope[b] for b in sorted(by))
-
-    def __call__(self, tracks: tuple[Track, ...]) -> tuple[AbstractGroup, ...]:
-        """Part the tracks into groups."""
-        keys = sorted({self.key(t) for t in tracks}, key=repr)
-        groups = []
-        for key in keys:
-            members = tuple(t for t in tracks if self.key(t) == key)
-            kind = GROUPS[members[0].of.solver]
-            size = max(t.size for t in members)
-            same = tuple(t.on_grid(size) for t in members)
-            groups.append(kind(same, self.acting(members[0]), self.tolerance))
-        return tuple(groups)

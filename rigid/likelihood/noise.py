@@ -21,27 +21,29 @@ FINE_STEP = 0.25
 the next term of the expansion is (step/sigma)^4/2880 < 2e-6 of a sample's information."""
 
 
-def gaussian(residual: Array, sigma: Array, step: float) -> Point:
+def gaussian(residual: Array, sigma: Array, step: float | Array) -> Point:
     """Log-probability of a finely converted sample: the density times the step, or the density.
 
     - `step`: of the converter; 0 gives a density in the unit of `residual`.
     """
     variance = sigma**2 + step**2 / 12.0
-    value = -0.5 * residual**2 / variance - 0.5 * jnp.log(variance) - LOG_SQRT_2PI
-    if step > 0.0:
-        value = value + jnp.log(step)
+    wide = jnp.log(jnp.where(step > 0.0, step, 1.0))
+    value = -0.5 * residual**2 / variance - 0.5 * jnp.log(variance) - LOG_SQRT_2PI + wide
     return Point(value, residual / variance, -1.0 / variance + 0.0 * residual)
 
 
-def sample_law(sigma: Array, step: float, sheet_noise: float) -> Callable[[Array], Point]:
+def coarse(step: float, sheet_noise: float) -> bool:
+    """Whether a converter's step counts, against the noise of the sensor's sheet."""
+    return step > FINE_STEP * sheet_noise
+
+
+def sample_law(sigma: Array, step: float | Array, rounded: bool) -> Callable[[Array], Point]:
     """Return the log-probability of samples as a function of their residuals.
 
-    - `sigma`: noise, `step`: of the converter, in the unit of the residuals. - `sheet_noise`: the
-      sensor's sheet; the step against it decides between interval and density.
+    - `sigma`: noise, `step`: of the converter, in the unit of the residuals. - `rounded`: whether a
+      sample is an interval (`coarse`) or has a density.
     """
-    if step > FINE_STEP * sheet_noise:
-        return curve(sigma, step)
-    return partial(gaussian, sigma=sigma, step=step)
+    return curve(sigma, step) if rounded else partial(gaussian, sigma=sigma, step=step)
 
 
 class Sums(NamedTuple):
@@ -106,10 +108,6 @@ class Quadratic(NamedTuple):
     h_gain: Array
     h_both: Array
     h_zero: Array
-
-    def __add__(self, other: "Quadratic") -> "Quadratic":  # pyright: ignore[reportIncompatibleMethodOverride]
-        """Add the samples of another record."""
-        return Quadratic(*(a + b for a, b in zip(self, other, strict=True)))
 
 
 def total(terms: Array) -> Array:

@@ -14,8 +14,9 @@ from jax import Array
 
 from rigid.effects import AbstractEffect
 from rigid.io.runtime import require_double
-from rigid.likelihood.channels import Fitted, Piece, fitted
-from rigid.likelihood.groups import AbstractGroup
+from rigid.likelihood.channels import Piece
+from rigid.likelihood.groups import AbstractGroup, predictions
+from rigid.likelihood.marginal import MarginalLikelihood, marginal_likelihood
 from rigid.likelihood.parameters import Parameters
 from rigid.likelihood.tracks import Track
 
@@ -54,12 +55,12 @@ class Problem(eqx.Module):
 
     def predict(self, values: Mapping[str, Array]) -> list[dict[str, Array]]:
         """Ideal readings of every group, by quantity, (samples, tracks, walkers)."""
-        return [group.predict(values) for group in self.groups]
+        return predictions(self.groups, values)
 
-    def fitted(self, z: Array) -> Fitted:
+    def marginal_likelihood(self, z: Array) -> MarginalLikelihood:
         """Log-likelihood of z (walkers, size) and the law of the sensors' gains and zeros."""
         values = self.parameters.values(z)
-        return fitted(self.pieces, self.predict(values), values)
+        return marginal_likelihood(self.pieces, self.predict(values), values)
 
     def evaluate(self, z: Array) -> Evaluation:
         """Evaluate z (walkers, size), with gains and zeros integrated out of the density.
@@ -67,7 +68,7 @@ class Problem(eqx.Module):
         Raises EnvironmentFaultError where JAX computes in 32 bits.
         """
         require_double()
-        found = self.fitted(z)
+        found = self.marginal_likelihood(z)
         prior = -0.5 * jnp.sum(z * z, axis=1) - 0.5 * self.parameters.size * LOG_2PI
         value = found.value + prior
         return Evaluation(

@@ -55,7 +55,7 @@ class Point(NamedTuple):
     curvature: Array
 
 
-def interval(residual: Array, sigma: Array, step: float) -> Point:
+def interval(residual: Array, sigma: Array, step: float | Array) -> Point:
     """Log-probability that a reading rounds to the recorded code, stable in the tails.
 
     - `residual`: recorded value less expected reading. - `sigma`: noise before conversion.
@@ -106,7 +106,7 @@ class Curve(NamedTuple):
         )
 
 
-def curve(sigma: Array, step: float) -> Curve:
+def curve(sigma: Array, step: float | Array) -> Curve:
     """Interpolate `interval` for noise levels of any shape.
 
     - `sigma`: noise before conversion, `step`: of the converter, in the same unit.

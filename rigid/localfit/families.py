@@ -19,7 +19,7 @@ import numpy as np
 from jax import Array
 
 from rigid.effects import AbstractEffect
-from rigid.likelihood.groups import AbstractGroup, beating
+from rigid.likelihood.groups import AbstractGrid, AbstractGroup, beating
 from rigid.likelihood.priors import make_law
 from rigid.likelihood.problem import Problem
 from rigid.localfit.hidden_inputs import HIDDEN
@@ -116,17 +116,29 @@ def holding(found: tuple[Family, ...], effects: Iterable[type[AbstractEffect]]) 
 
 
 @eqx.filter_jit
-def _swept(
+def _moving(
     group: AbstractGroup, values: dict[str, Array], tangents: dict[str, Array]
-) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Readings of a group and their derivatives along tangents of the values."""
-    return jax.jvp(group.predict, (values,), (tangents,))
+) -> tuple[tuple, tuple]:
+    """What the simulation of a group takes, and how it changes along tangents of the values."""
+    return jax.jvp(group.inputs, (values,), (tangents,))
 
 
 @eqx.filter_jit
-def _read(group: AbstractGroup, values: dict[str, Array]) -> dict[str, Array]:
-    """Readings of a group."""
-    return group.predict(values)
+def _inputs(group: AbstractGroup, values: dict[str, Array]) -> tuple:
+    """What the simulation of a group takes."""
+    return group.inputs(values)
+
+
+@eqx.filter_jit
+def _swept(grid: AbstractGrid, inputs: tuple, tangents: tuple) -> Parts:
+    """Readings on a grid and their derivatives; groups of one shape share the program."""
+    return jax.jvp(grid.simulate, (inputs,), (tangents,))
+
+
+@eqx.filter_jit
+def _read(grid: AbstractGrid, inputs: tuple) -> dict[str, Array]:
+    """Readings on a grid; groups of one shape share the program."""
+    return grid.simulate(inputs)
 
 
 def sweep(
@@ -148,7 +160,9 @@ def sweep(
     along = {k: np.asarray(tangents.get(k, none), dtype=float) for k in every}
 
     def one(group: AbstractGroup, mine: np.ndarray) -> Parts:
-        return _swept(group, _cut(every, mine, width), _cut(along, mine, width))
+        moving = _moving(group, _cut(every, mine, width), _cut(along, mine, width))
+        read, slopes = _swept(group.grid, *moving)
+        return group.own(read), group.own(slopes)
 
     asked = [np.flatnonzero(_asked(group, acts, lanes)) for group in family.groups]
     return [(parts[0], parts[1]) for parts in _in_turns(family, asked, lanes, one)]
@@ -168,7 +182,8 @@ def read(
     every = {k: np.full(lanes, v) for k, v in family.quiet.items()} | dict(values)
 
     def one(group: AbstractGroup, mine: np.ndarray) -> Parts:
-        return (_read(group, _cut(every, mine, width)),)
+        read = _read(group.grid, _inputs(group, _cut(every, mine, width)))
+        return (group.own(read),)
 
     asked = [np.flatnonzero(_asked(group, acts, lanes)) for group in family.groups]
     return [parts[0] for parts in _in_turns(family, asked, lanes, one)]

@@ -14,7 +14,6 @@ from jax import Array
 from jaxtyping import Float
 from scipy.linalg import cho_factor, cho_solve
 
-from rigid.likelihood import noise
 from rigid.likelihood.channels import SensorSheet
 from rigid.localfit.families import Family
 from rigid.localfit.hypothesis import Hypothesis
@@ -72,7 +71,7 @@ class Local:
 @eqx.filter_jit
 def _levels(sheet: SensorSheet, residual: Array, weight: Array, sigma: Array) -> Array:
     """Log-likelihood of a channel's samples (n,) for several noise levels (levels,)."""
-    return weight @ noise.sample_law(sigma, sheet.step, sheet.noise)(residual[:, None]).value
+    return weight @ sheet.law(sigma)(residual[:, None]).value
 
 
 def fitted_noise(local: Local) -> np.ndarray:

@@ -10,7 +10,6 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from rigid.likelihood import noise
 from rigid.likelihood.channels import SensorSheet
 from rigid.likelihood.problem import Problem
 from rigid.likelihood.set_aside import Aside, listed
@@ -162,7 +161,7 @@ def _terms(
     for one in stretches:
         here = residual[at : at + one.size].reshape(len(one.sensors), -1)
         at += one.size
-        law = noise.sample_law(sigma[np.array(one.sensors), None], one.sheet.step, one.sheet.noise)
+        law = one.sheet.law(sigma[np.array(one.sensors), None])
         point = law(here)
         parts.append((point.value.ravel(), point.slope.ravel(), -point.curvature.ravel()))
     return parts

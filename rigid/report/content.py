@@ -4,7 +4,9 @@ SI units throughout, unless a field names a unit. None stands for "not available
 What the figures show is defined beside the plots, in `rigid.plots.shown`.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from rigid.inference.alternatives import Alternative
 from rigid.inference.summary import Check
@@ -19,6 +21,7 @@ __all__ = [
     "Check",
     "Content",
     "Draws",
+    "FoundContent",
     "FrictionCurve",
     "Front",
     "KeyNumber",
@@ -219,6 +222,17 @@ class Content:
     checks: tuple[Check, ...] = ()
     drawn: tuple[tuple[str, Illustration], ...] = ()
     taken: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FoundContent(Content):
+    """A section that shows what a command writes to its JSON file.
+
+    - `found`: what stands in the file. - `notes`: sentences on how to read it.
+    """
+
+    found: Mapping[str, Any]
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -123,6 +123,16 @@ def reference(field: Field) -> Reference:
     return Reference(*at)
 
 
+def liveliest(field: Field, blocks: int) -> slice:
+    """Samples of the `blocks` blocks in which the load's readings change most often."""
+    if field.blocks <= blocks:
+        return slice(0, field.samples)
+    changed = np.diff(field.reading[:, 0], prepend=0.0) != 0.0
+    count = np.add.reduceat(changed.astype(int), np.arange(0, field.samples, BLOCK))
+    first = int(np.argmax(np.convolve(count, np.ones(blocks, dtype=int), "valid"))) * BLOCK
+    return slice(first, min(first + blocks * BLOCK, field.samples))
+
+
 def node_places() -> np.ndarray:
     """Place of every sample of a block on the way from the node before it to the next."""
     return (np.arange(BLOCK) % NODE) / NODE

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from rigid.inference.reference_check import SolverCheck
 from rigid.plots.figure import Illustration
 from rigid.smoothing.budget import Line
 from rigid.smoothing.events import Fall, Turn
@@ -15,6 +16,7 @@ class Finished:
     - `name`; `cylinders`. - `budget`, `falls`, `turns`: as found.
     - `gaps`: root mean square of the residuals over noise and rounding, by "load of name,cylinder".
     - `sha256`: of the files, by label. - `figures`: as drawn, a few hundred points a curve.
+    - `solver`: the smoother's steps held against diffrax, by law and cylinder.
     """
 
     name: str
@@ -25,3 +27,4 @@ class Finished:
     gaps: Mapping[str, float]
     sha256: Mapping[str, str]
     figures: tuple[Illustration, ...]
+    solver: tuple[SolverCheck, ...] = ()

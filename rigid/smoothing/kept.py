@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from rigid import __version__
+from rigid.inference.reference_check import SensorError, SolverCheck
 from rigid.plots.figure import Illustration
 from rigid.smoothing.budget import Line
 from rigid.smoothing.events import Fall, Turn
@@ -16,7 +17,7 @@ from rigid.smoothing.laws import Law
 from rigid.smoothing.learning import Learned
 
 LEARNED = (Learned, Movement)
-FINISHED = (Finished, Line, Fall, Turn, Illustration)
+FINISHED = (Finished, Line, Fall, Turn, Illustration, SolverCheck, SensorError)
 
 
 def mark(fields: Sequence[Field], laws: Sequence[Law], seed: int) -> dict[str, str]:

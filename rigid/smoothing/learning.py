@@ -7,7 +7,7 @@ import jax
 import numpy as np
 
 from rigid.smoothing import latent, quantised
-from rigid.smoothing.field import BLOCK, Field
+from rigid.smoothing.field import BLOCK, Field, liveliest
 from rigid.smoothing.kalman import Filtered
 from rigid.smoothing.latent import Movement
 from rigid.smoothing.smoother import STEPS, Draws, Evidence, filtered, last_state, smooth, smoothed
@@ -107,14 +107,11 @@ def _liveliest(field: Field, centre: Draws, sheet: Sheet) -> tuple[Field, Filter
     """
     if field.blocks <= SEARCHED:
         return field, None
-    changed = np.diff(field.reading[:, 0], prepend=0.0) != 0.0
-    count = np.add.reduceat(changed.astype(int), np.arange(0, field.samples, BLOCK))
-    sums = np.convolve(count, np.ones(SEARCHED, dtype=int), "valid")
-    first = int(np.argmax(sums)) * BLOCK
-    part = field.cut(first, first + SEARCHED * BLOCK)
-    if first == 0:
+    here = liveliest(field, SEARCHED)
+    part = field.cut(here.start, here.stop)
+    if here.start == 0:
         return part, None
-    before = field.cut(0, first)
+    before = field.cut(0, here.start)
     calm = latent.calm(before.samples, STEPS, np.array(latent.START))
     plain = quantised.plain(before.reading, *sheet)
     state = last_state(before, centre, Evidence(before.reading, plain, calm.variances))
@@ -157,7 +154,7 @@ def one_pass(
     begins = filtered(field, draws, evidence, None, start)
     ways = len(np.atleast_1d(begins[-1].evidence))
     rate, seen, sensed = (np.zeros((ways, field.samples, 3)) for _ in range(3))
-    for first, block in smoothed(field, draws, evidence, None, begins):
+    for first, block, _ in smoothed(field, draws, evidence, None, begins):
         here = slice(first, min(first + BLOCK, field.samples))
         size = here.stop - first
         moved, spread = np.asarray(block.moved), np.asarray(block.moved_variance)

@@ -175,14 +175,17 @@ def smooth(
 
 def smoothed(
     field: Field, draws: Draws, evidence: Evidence, keys: Array | None, begins: list[Filtered]
-) -> Iterator[tuple[int, Smoothed]]:
-    """Go back over a record, as `smooth` does; `begins`: what is known before each block."""
+) -> Iterator[tuple[int, Smoothed, Backward]]:
+    """Go back over a record, as `smooth` does; `begins`: what is known before each block.
+
+    Yields what the samples from each block on say as well.
+    """
     later = Backward(jnp.zeros_like(begins[0].mean), jnp.zeros_like(begins[0].covariance))
     path = reference(field)
     for number in range(field.blocks)[::-1]:
         run = _run(field, draws, evidence, keys, path, number)
         later, found = kalman.backward(later, begins[number], run)
-        yield number * BLOCK, found
+        yield number * BLOCK, found, later
 
 
 def _runs(field: Field, draws: Draws, evidence: Evidence, keys: Array | None) -> Iterator[Run]:

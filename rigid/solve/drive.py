@@ -101,36 +101,70 @@ def require_apart(drive: Drive) -> None:
         raise ValueError("two valve positions within one sampling interval")
 
 
-def switches_of(drives: Sequence[Drive]) -> Float[Array, "tracks most"]:
-    """Return when the valves move [s after each first sample], never where a drive has fewer."""
-    most = max(len(d.levels) for d in drives) - 1
+class Drives(eqx.Module):
+    """Drives of a group side by side, arrays alone: groups of one shape share their programs.
+
+    - `interval` [s]. - `samples` (tracks,): of each record. - `size`: samples of the common grid.
+    - `switches` (tracks, most) [s]: when the valves move, since each first sample; never, where a
+      drive has fewer. - `levels` (tracks, most + 1): flow fraction of each stretch; the last goes
+      on where a drive has fewer.
+    """
+
+    interval: float = eqx.field(static=True)
+    samples: Int[Array, " tracks"]
+    size: int = eqx.field(static=True)
+    switches: Float[Array, "tracks most"]
+    levels: Int[Array, "tracks stretches"]
+
+    @property
+    def end(self) -> Float[Array, " tracks"]:
+        """Time of each last sample [s], since the first."""
+        return self.interval * (self.samples - 1)
+
+    def finer(self, parts: int) -> "Drives":
+        """Return the same drives on a grid with so many steps a sample."""
+        return Drives(
+            self.interval / parts,
+            (self.samples - 1) * parts + 1,
+            (self.size - 1) * parts + 1,
+            self.switches,
+            self.levels,
+        )
+
+
+def side_by_side(drives: Sequence[Drive], switches: int = 0) -> Drives:
+    """Put drives of one sampling interval side by side.
+
+    - `switches`: room for so many of each, or for as many as the drives have.
+    """
+    most = max(switches, *(len(d.levels) - 1 for d in drives))
     rows = [
         jnp.pad(d.switches - d.first, (0, most - len(d.levels) + 1), constant_values=jnp.inf)
         for d in drives
     ]
-    return jnp.stack(rows)
+    levels = [d.levels + d.levels[-1:] * (most + 1 - len(d.levels)) for d in drives]
+    return Drives(
+        drives[0].interval,
+        jnp.stack([d.samples for d in drives]),
+        max(2, *(d.size for d in drives)),
+        jnp.stack(rows),
+        jnp.asarray(levels),
+    )
 
 
-def levels_of(drives: Sequence[Drive]) -> Int[np.ndarray, "tracks stretches"]:
-    """Return the flow fractions of all stretches; the last goes on where a drive has fewer."""
-    most = max(len(d.levels) for d in drives)
-    return np.array([d.levels + d.levels[-1:] * (most - len(d.levels)) for d in drives])
-
-
-def plan(drives: tuple[Drive, ...]) -> Plan:
+def plan(drives: Drives) -> Plan:
     """Lay the common grid of several drives."""
-    interval, samples = drives[0].interval, max(2, *(d.size for d in drives))
-    steps = samples - 1
-    at = switches_of(drives) / interval
-    levels, index = jnp.asarray(levels_of(drives)), jnp.arange(steps)
+    interval, steps = drives.interval, drives.size - 1
+    at = drives.switches / interval
+    levels, index = drives.levels, jnp.arange(steps)
     passed = jnp.sum(at < index[:, None, None] + EDGE, axis=2)
-    track = jnp.arange(len(drives))
+    track = jnp.arange(len(levels))
     begin = levels[track, passed]
     step, inside = _steps_of(at, steps)
     number = np.arange(1, at.size + 1).reshape(at.shape)
     # A switch inside no step goes to a row of its own, which is cut off.
     rows = jnp.where(inside, step, steps)
-    kink = jnp.zeros((steps + 1, len(drives)), int).at[rows, track[:, None]].max(number)[:steps]
+    kink = jnp.zeros((steps + 1, len(levels)), int).at[rows, track[:, None]].max(number)[:steps]
     switched = jnp.concatenate([jnp.zeros(1, int), levels[:, 1:].ravel()])[kink]
     place = np.stack(np.meshgrid(*map(np.arange, at.shape), indexing="ij"), axis=-1)
     return Plan(
@@ -140,7 +174,7 @@ def plan(drives: tuple[Drive, ...]) -> Plan:
         kink=kink,
         kink_rest=jnp.where(inside, (step + 1 - at) * interval, interval).ravel(),
         kink_place=place.reshape(-1, 2),
-        samples=samples,
+        samples=drives.size,
         interval=interval,
     )
 
@@ -157,12 +191,12 @@ def _steps_of(at: Float[Array, "tracks most"], steps: int) -> tuple[Array, Array
 
 
 def _near_a_switch(
-    drives: tuple[Drive, ...], at: Float[Array, "tracks most"], index: Int[Array, " steps"]
+    drives: Drives, at: Float[Array, "tracks most"], index: Int[Array, " steps"]
 ) -> Bool[Array, " steps"]:
     """Mark the sample intervals in which some drive needs short steps; each begins with one."""
-    window = int(np.ceil(FINE_WINDOW / drives[0].interval))
-    begins = jnp.concatenate([jnp.zeros((len(drives), 1)), at], axis=1)
+    window = int(np.ceil(FINE_WINDOW / drives.interval))
+    begins = jnp.concatenate([jnp.zeros((len(at), 1)), at], axis=1)
     first = jnp.floor(begins + EDGE)
-    counted = first < jnp.stack([d.samples for d in drives])[:, None]
+    counted = first < drives.samples[:, None]
     now = index[:, None, None]
     return jnp.any((now >= first - 1) & (now < first + window) & counted, axis=(1, 2))

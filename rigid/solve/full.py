@@ -5,7 +5,6 @@ moves of the valve is solved by itself, so that no step passes over one. Where a
 to its end, its readings are nan.
 """
 
-from functools import partial
 from typing import NamedTuple, TypeVar
 
 import diffrax
@@ -20,7 +19,7 @@ from jax.typing import ArrayLike
 from rigid.physics.rig import FREE, Rig, Surroundings
 from rigid.physics.sensors import Readings, readings
 from rigid.solve.delay import READ
-from rigid.solve.drive import EDGE, STRIDE, Drive
+from rigid.solve.drive import EDGE, STRIDE, Drives
 from rigid.solve.rest import rest_under
 from rigid.solve.strap import GONE
 
@@ -56,6 +55,30 @@ def integrate(
     return jnp.where(path.ended, path.states, jnp.nan)
 
 
+def driven(
+    rig: Rig, start: Array, force: Array, flow: Array, length: float, tolerance: float = TOLERANCE
+) -> Array:
+    """States (steps + 1, n) of a rig on whose plate a known force acts.
+
+    - `rig`: scalar parameters. - `start` (n,). - `force` (steps + 1,) [N]: on the plate, at the
+      ends of steps of `length` [s], a straight line within each. - `flow` (steps,): kappa in each.
+
+    What comes after a step that did not come to its end is nan.
+    """
+    ends, times = (jnp.zeros(()), jnp.asarray(length)), jnp.asarray([length])
+
+    def step(state: Array, given: tuple[Array, Array, Array]) -> tuple[Array, Array]:
+        first, last, fraction = given
+        outside = Surroundings(force=first, flow_fraction=fraction)
+        slope = (last - first) / length
+        path = _solved(rig, outside, state, ends, times, tolerance, np.inf, slope)
+        after = jnp.where(path.ended, path.states[-1], jnp.nan)
+        return after, after
+
+    _, states = jax.lax.scan(step, start, (force[:-1], force[1:], flow))
+    return jnp.concatenate([start[None], states])
+
+
 def _solved(
     rig: Rig,
     outside: Surroundings,
@@ -64,17 +87,20 @@ def _solved(
     times: Array,
     tolerance: float,
     longest: float,
+    slope: ArrayLike = 0.0,
     strap: "Strap | None" = None,
 ) -> _Path:
     """Solve from the first of `ends` to the last, with no step over `longest` [s].
 
-    - `times` (times,): from end to end, in order. - `strap`: pulls at the plate; None: nothing.
+    - `times` (times,): from end to end, in order. - `slope` [N/s]: of the force on the plate.
+    - `strap`: pulls at the plate; None: nothing.
     """
     scales = jnp.asarray(rig.scales)
 
     def field(time: ArrayLike, scaled: Array, _: None) -> Array:
         now = _now(outside, time, strap)
-        return jnp.stack(rig.motion(scaled * scales, now).rates) / scales
+        moved = rig.motion(scaled * scales, now._replace(force=now.force + slope * time)).rates
+        return jnp.stack([jnp.broadcast_to(rate, ()) for rate in moved]) / scales
 
     finer = FINER * tolerance
     solution = diffrax.diffeqsolve(
@@ -113,7 +139,7 @@ class Strap(NamedTuple):
 def _now(outside: Surroundings, time: ArrayLike, strap: Strap | None) -> Surroundings:
     """Surroundings at a time, counted as theirs is."""
     now = outside._replace(time=outside.time + time)
-    return now if strap is None else now._replace(force=strap.force(time))
+    return now if strap is None else now._replace(force=now.force + strap.force(time))
 
 
 @eqx.filter_jit
@@ -138,7 +164,7 @@ def _stretch(
         rig: Rig, outside: Surroundings, start: Array, asked: Array, strap: Strap | None
     ) -> tuple:
         times = jnp.append(jnp.clip(asked, *ends), ends[1])
-        path = _solved(rig, outside, start, ends, times, tolerance, longest, strap)
+        path = _solved(rig, outside, start, ends, times, tolerance, longest, strap=strap)
         states = jnp.where(path.ended, path.states, jnp.nan)
 
         def read(y: Array, time: Array) -> Readings:
@@ -158,30 +184,41 @@ def march(
     rig: Rig,
     contact: Array,
     fractions: Array,
-    drives: tuple[Drive, ...],
+    drives: Drives,
     angles: Array | None = None,
     tolerance: float = TOLERANCE,
 ) -> dict[str, Array]:
     """Simulate a group of slow records from rest; arguments and result as `staggered.march`."""
     walkers = fractions.shape[2]
     rigs, lags = _by_walker(rig, walkers), rig.delays()
-    samples = max(d.size for d in drives)
     start = _by_walker(rest_under(rig, 0.0, contact), walkers)
     columns = []
-    for track, drive in enumerate(drives):
-        angle = jnp.zeros(walkers) if angles is None else angles[track]
-        times = drive.first + drive.interval * jnp.minimum(jnp.arange(samples), drive.samples - 1)
+    for track, samples in enumerate(drives.samples):
+        times = drives.interval * jnp.minimum(jnp.arange(drives.size), samples - 1)
         asked = {q: _asked(times, lags.get(q, 0.0), walkers) for q in READ}
-        flows = partial(_flow, contact, fractions[:, track], angle, drive)
-        columns.append(_record(rigs, flows, drive, start, asked, tolerance))
+        angle = jnp.zeros(walkers) if angles is None else angles[track]
+        flows = [_flow(contact, fractions[i, track], angle) for i in drives.levels[track]]
+        moves = drives.switches[track]
+        way = _Way(rigs, flows, moves, drives.end[track], drives.interval, tolerance)
+        columns.append(_record(way, start, asked))
     return {q: jnp.stack([column[q] for column in columns], axis=1) for q in READ}
 
 
-def _flow(contact: Array, fractions: Array, angle: Array, drive: Drive, level: int) -> Surroundings:
+class _Way(NamedTuple):
+    """One record: rigs, surroundings by stretch, when the valve moves and the record ends [s]."""
+
+    rigs: Rig
+    flows: list[Surroundings]
+    switches: Array
+    last: Array
+    interval: float
+    tolerance: float
+
+
+def _flow(contact: Array, fraction: Array, angle: Array) -> Surroundings:
     """Surroundings of one record at a level of its valve; time 0 is its first sample."""
-    walkers = fractions.shape[1]
-    parts = (contact, 0.0, fractions[level], -drive.first, angle)
-    return Surroundings(*(jnp.broadcast_to(jnp.asarray(p, float), (walkers,)) for p in parts))
+    parts = (contact, 0.0, fraction, 0.0, angle)
+    return Surroundings(*(jnp.broadcast_to(jnp.asarray(p, float), fraction.shape) for p in parts))
 
 
 def _asked(times: Array, lag: ArrayLike, walkers: int) -> Array:
@@ -190,26 +227,24 @@ def _asked(times: Array, lag: ArrayLike, walkers: int) -> Array:
     return jnp.clip(late, times[0], times[-1])
 
 
-def _record(
-    rigs: Rig, flows: partial, drive: Drive, start: Array, asked: dict[str, Array], tolerance: float
-) -> dict[str, Array]:
+def _record(way: _Way, start: Array, asked: dict[str, Array]) -> dict[str, Array]:
     """Readings (samples, walkers) of one record, by quantity.
 
-    - `flows`: gives the surroundings at a level. - `asked` (samples, walkers) [s], by quantity.
+    - `asked` (samples, walkers) [s], by quantity.
     """
     shared = _alike(asked)
     every = jnp.concatenate(list(shared.values()))
     order = jnp.argsort(every, axis=0)
     every = jnp.take_along_axis(every, order, axis=0)
-    slack, last, longest = EDGE * drive.interval, drive.end, STRIDE * drive.interval
-    bounds = (drive.first, *drive.switches, jnp.asarray(jnp.inf))
+    slack, last, longest = EDGE * way.interval, way.last, STRIDE * way.interval
+    bounds = (jnp.zeros(()), *way.switches, jnp.asarray(jnp.inf))
     flat, found = start, None
-    for level, begin, end in zip(drive.levels, bounds[:-1], bounds[1:], strict=True):
+    for flow, begin, end in zip(way.flows, bounds[:-1], bounds[1:], strict=True):
         # From the last sample on nothing is asked for: a short stretch stands for what never comes.
         idle = begin >= last
-        after = jnp.where(idle, last + drive.interval, jnp.minimum(end, last))
+        after = jnp.where(idle, last + way.interval, jnp.minimum(end, last))
         ends = jnp.where(idle, last, begin), after
-        flat, series = _stretch(rigs, flows(level), flat, ends, every, tolerance, longest)
+        flat, series = _stretch(way.rigs, flow, flat, ends, every, way.tolerance, longest)
         here = every >= begin - slack
         found = series if found is None else _overlaid(here, series, found)
     assert found is not None  # a record has one stretch at least

@@ -31,12 +31,13 @@ def rest_under(rig: Rig, preload: ArrayLike, contact: ArrayLike = 0.0) -> Array:
         rates = rig.motion(placed(x, pressure), outside, rig.column).rates
         return jnp.broadcast_to(rates[1], shape), jnp.broadcast_to(rates[3], shape)
 
-    x = pressure = jnp.zeros(shape)
     one, none = jnp.ones(shape), jnp.zeros(shape)
-    for _ in range(NEWTON_STEPS):
-        (f, g), (f_x, g_x) = jax.jvp(excess, (x, pressure), (one, none))
-        _, (f_p, g_p) = jax.jvp(excess, (x, pressure), (none, one))
+
+    def newton(_: Array, at: tuple[Array, Array]) -> tuple[Array, Array]:
+        (f, g), (f_x, g_x) = jax.jvp(excess, at, (one, none))
+        _, (f_p, g_p) = jax.jvp(excess, at, (none, one))
         determinant = f_x * g_p - f_p * g_x
-        x = x - (f * g_p - g * f_p) / determinant
-        pressure = pressure - (g * f_x - f * g_x) / determinant
-    return placed(x, pressure)
+        x, pressure = at
+        return x - (f * g_p - g * f_p) / determinant, pressure - (g * f_x - f * g_x) / determinant
+
+    return placed(*jax.lax.fori_loop(0, NEWTON_STEPS, newton, (none, none)))

@@ -18,7 +18,7 @@ from jax import Array
 
 from rigid.physics.rig import Rig, Surroundings
 from rigid.solve.delay import in_motion, on_record, stepped, with_late
-from rigid.solve.drive import STRIDE, Drive, Plan, plan
+from rigid.solve.drive import STRIDE, Drives, Plan, plan
 from rigid.solve.rest import rest_under
 from rigid.solve.stage_switch import STEEP, Flow, bends, flow_at, mean_excess
 from rigid.solve.step_tables import FINER, PARTS, Tables, bulge, tables
@@ -74,7 +74,7 @@ def march(
     rig: Rig,
     contact: Array,
     fractions: Array,
-    drives: tuple[Drive, ...],
+    drives: Drives,
 ) -> dict[str, Array]:
     """Simulate a group of slow records from rest.
 

@@ -56,8 +56,8 @@ def mean_excess(flow: Flow, begin: Array, end: Array, share: Array) -> Array:
         halfway = flow(0.5 * (begin + pressure) - 0.125 * share * (last - first))
         return (first + 4.0 * halfway + last) / 6.0 - first
 
-    pressure = end
-    for _ in range(NEWTON_STEPS):
+    def newton(_: Array, pressure: Array) -> Array:
         more, slope = jax.jvp(excess, (pressure,), (jnp.ones_like(pressure),))
-        pressure = pressure + (end + share * more - pressure) / (1.0 - share * slope)
-    return excess(pressure)
+        return pressure + (end + share * more - pressure) / (1.0 - share * slope)
+
+    return excess(jax.lax.fori_loop(0, NEWTON_STEPS, newton, end))

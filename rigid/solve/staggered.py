@@ -12,7 +12,6 @@ Hairer, Lubich and Wanner 2003, Acta Numerica 12, 399-450.
 Arrays carry the walkers on their last axis: every operation is elementwise over it.
 """
 
-import dataclasses
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -22,7 +21,7 @@ from jax import Array
 
 from rigid.physics.rig import CORE_SCALES, FREE, Rig, Surroundings
 from rigid.solve.delay import on_record, stepped
-from rigid.solve.drive import Drive, Plan, plan
+from rigid.solve.drive import Drives, Plan, plan
 from rigid.solve.release import NODE
 from rigid.solve.rest import rest_under
 from rigid.solve.step_matrices import apply, mean_growth, step_matrix
@@ -85,7 +84,7 @@ def march(
     rig: Rig,
     contact: Array,
     fractions: Array,
-    drives: tuple[Drive, ...],
+    drives: Drives,
     angles: Array | None = None,
 ) -> dict[str, Array]:
     """Simulate a group of slow records from rest; arguments and result as `slow.march`.
@@ -94,16 +93,7 @@ def march(
     """
     angles = jnp.zeros_like(fractions[0]) if angles is None else angles
     parts = WITH_BRISTLES if stiff_states(rig) else SUBSTEPS
-    fine = tuple(
-        dataclasses.replace(
-            d,
-            interval=d.interval / parts,
-            samples=(d.samples - 1) * parts + 1,
-            size=(d.size - 1) * parts + 1,
-        )
-        for d in drives
-    )
-    grid = plan(fine)
+    grid = plan(drives.finer(parts))
     strokes = foreseen(rig, contact, fractions, drives)
     advance = _advancer(rig, contact, (fractions, angles), grid, strokes)
     track = jnp.arange(fractions.shape[1])

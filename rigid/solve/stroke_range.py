@@ -15,7 +15,7 @@ import numpy as np
 from jax import Array
 
 from rigid.physics.rig import Rig, Surroundings
-from rigid.solve.drive import Drive, levels_of, switches_of
+from rigid.solve.drive import Drives
 from rigid.solve.step_matrices import mean_growth
 
 PARTS = 16
@@ -43,7 +43,7 @@ class Strokes(NamedTuple):
     switch: Array
 
 
-def foreseen(rig: Rig, contact: Array, fractions: Array, drives: tuple[Drive, ...]) -> Strokes:
+def foreseen(rig: Rig, contact: Array, fractions: Array, drives: Drives) -> Strokes:
     """Foresee the strokes of a group of slow records; arguments as of `slow.march`.
 
     Nothing is differentiated through them: a node of interpolation is no result.
@@ -72,7 +72,7 @@ def foreseen(rig: Rig, contact: Array, fractions: Array, drives: tuple[Drive, ..
 
     times = begin[:, None] + length[:, None] * (np.arange(PARTS)[:, None] + 0.5) / PARTS
     steps = (
-        times.reshape(-1, len(drives)),
+        times.reshape(-1, len(drives.samples)),
         jnp.repeat(length / PARTS, PARTS, axis=0),
         jnp.repeat(level, PARTS, axis=0),
     )
@@ -83,12 +83,12 @@ def foreseen(rig: Rig, contact: Array, fractions: Array, drives: tuple[Drive, ..
     return Strokes(low, high, switch)
 
 
-def _stretches(drives: tuple[Drive, ...]) -> tuple[Array, Array, Array]:
+def _stretches(drives: Drives) -> tuple[Array, Array, Array]:
     """Begin and length [s] of all stretches between switches, flow; (stretches, tracks)."""
-    last = jnp.stack([d.end - d.first for d in drives])[:, None]
-    bounds = jnp.concatenate([jnp.zeros_like(last), switches_of(drives), last], axis=1)
+    last = drives.end[:, None]
+    bounds = jnp.concatenate([jnp.zeros_like(last), drives.switches, last], axis=1)
     bounds = jnp.clip(bounds, 0.0, last)
-    return bounds[:, :-1].T, jnp.diff(bounds, axis=1).T, jnp.asarray(levels_of(drives)).T
+    return bounds[:, :-1].T, jnp.diff(bounds, axis=1).T, drives.levels.T
 
 
 def _spring(rig: Rig, contact: Array) -> Array:

@@ -1,6 +1,6 @@
 """Bands of a study's field records: as files of a whole run, and as a data set of one record."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from shutil import rmtree
@@ -25,6 +25,8 @@ from rigid.smoothing.finished import Finished
 from rigid.smoothing.laws import Law, draws, read_laws, some
 from rigid.smoothing.learning import Learned
 from rigid.smoothing.mixture import LEVELS
+from rigid.smoothing.model import QUANTITIES
+from rigid.smoothing.reference_check import against_reference
 from rigid.smoothing.smoother import Keeping
 from rigid.spec import BandsSpec, Spec
 
@@ -105,30 +107,29 @@ def _written(asked: Smoothing, fields: Fields, folder: Path, options: Options) -
     if done is not None:
         say(options, f"{name}: taken from the run before")
         return done
-    found = _mixed(asked, fields, shelf, options)
+    under = _ways(asked, fields, shelf, options)
+    found = _mixed(asked, under, shelf, options)
     output.write_bands(folder / "bands", found)
-    done = finished(found, asked.spec.simulated, folder)
+    say(options, f"{name}: solved again by diffrax")
+    solver = against_reference(under, [asked.spec.sensors[q] for q in QUANTITIES])
+    done = replace(finished(found, asked.spec.simulated, folder), solver=solver)
     shelf.clear()
     shelf.put("finished", done)
     return done
 
 
-def _mixed(asked: Smoothing, fields: Fields, shelf: Shelf, options: Options) -> run.Bands:
-    """Learn how a load moves, and mix the draws of all laws into bands.
-
-    - `shelf`: keeps what was learned, and how far the draws are.
-    """
-    under = run.ways(fields, _learned(asked, fields, shelf, options), asked.laws)
-    title = f"{fields[0].name}: draws"
+def _mixed(
+    asked: Smoothing, under: tuple[run.Way, ...], shelf: Shelf, options: Options
+) -> run.Bands:
+    """Mix the draws of all laws into bands; `shelf`: keeps how far they are."""
+    title = f"{under[0].test.fields[0].name}: draws"
     with progress(options, title, run.blocks(under), "block") as bar:
         return run.bands(
             under, asked.seed, Keeping(shelf, lambda count: reach(bar, int(bar.n) + count))
         )
 
 
-def _learned(
-    asked: Smoothing, fields: Fields, shelf: Shelf, options: Options
-) -> tuple[tuple[Learned, ...], ...]:
+def _ways(asked: Smoothing, fields: Fields, shelf: Shelf, options: Options) -> tuple[run.Way, ...]:
     """Learn how the load of a test moves under each law; keep what is done."""
     with progress(options, f"{fields[0].name}: learning", None, "pass") as bar:
 
@@ -137,10 +138,11 @@ def _learned(
                 asked.spec, fields, law, lambda count: reach(bar, int(bar.n) + count)
             )
 
-        return tuple(
+        found = [
             shelf.once(f"learned-{number}", partial(learned, law), kept.LEARNED)
             for number, law in enumerate(asked.laws)
-        )
+        ]
+    return run.ways(fields, found, asked.laws)
 
 
 def bands(
@@ -163,7 +165,8 @@ def bands(
             given = BandsSpec(posterior=folder) if spec.bands is None else spec.bands
             spec = spec.model_copy(update={"bands": given.model_copy(update=named)})
         asked = smoothing(spec, seed)
-        return dataset(asked, _mixed(asked, _one(asked, record), NOTHING_KEPT, options))
+        under = _ways(asked, _one(asked, record), NOTHING_KEPT, options)
+        return dataset(asked, _mixed(asked, under, NOTHING_KEPT, options))
 
 
 def _one(asked: Smoothing, record: str | None) -> Fields:

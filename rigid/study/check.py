@@ -1,6 +1,5 @@
 """What a spec and its records would make a fit do, without running it."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -8,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from rigid.io.files import finite
+from rigid.io.files import finite, json_text
 from rigid.likelihood.parameters import Parameter
 from rigid.likelihood.problem import Problem, walkers
 from rigid.physics.sensors import UNITS
@@ -52,7 +51,7 @@ class Checked:
 
     def json(self) -> str:
         """Return `result` as text."""
-        return json.dumps(self.result, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+        return json_text(self.result)
 
     def table(self) -> str:
         """Return what the command prints."""

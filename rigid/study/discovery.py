@@ -1,6 +1,5 @@
 """What is missing from a study's model: the search, the workflow, and what came of them."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -17,7 +16,7 @@ from rigid.inference.reference_check import SolverCheck
 from rigid.inference.search import Best, best_of_few
 from rigid.io.cache import Shelf
 from rigid.io.cli import Options, progress, reach, say
-from rigid.io.files import write_text
+from rigid.io.files import json_text, write_text
 from rigid.likelihood.assemble import given_laws
 from rigid.likelihood.effect_lookup import effects_named, marks
 from rigid.likelihood.problem import Problem
@@ -127,7 +126,7 @@ class Discovery:
 
     def json(self) -> str:
         """Text of discovery.json."""
-        return json.dumps(self.result, indent=1, allow_nan=False) + "\n"
+        return json_text(self.result)
 
     def write(self) -> None:
         """Write discovery.json, the spec with what was found, and the report to the folder."""

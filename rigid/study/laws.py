@@ -1,6 +1,5 @@
 """Which friction model a study's records speak for."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,7 +13,7 @@ from rigid.inference.calibrate import fingerprint
 from rigid.inference.reference_check import SolverCheck
 from rigid.io.cache import Shelf
 from rigid.io.cli import Options, say
-from rigid.io.files import write_text
+from rigid.io.files import json_text, write_text
 from rigid.likelihood.assemble import given_laws
 from rigid.likelihood.effect_lookup import marks
 from rigid.likelihood.problem import Problem
@@ -65,7 +64,7 @@ class Laws:
 
     def json(self) -> str:
         """Text of laws.json."""
-        return json.dumps(self.result, indent=1, allow_nan=False) + "\n"
+        return json_text(self.result)
 
     def write(self, folder: Path) -> None:
         """Write laws.json, laws.csv and the report."""

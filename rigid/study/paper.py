@@ -1,6 +1,5 @@
 """The paper computed again, as values and as files."""
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,7 +8,7 @@ from typing import Any
 
 import pandas as pd
 
-from rigid.io.files import locked, write_text
+from rigid.io.files import json_text, locked, write_text
 from rigid.io.provenance import invocation
 from rigid.published.run import Findings, run
 from rigid.published.walk.walk import Walk, walk
@@ -59,7 +58,7 @@ class Paper:
 
     def json(self) -> str:
         """The text of result.json."""
-        return json.dumps(self.result, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+        return json_text(self.result)
 
     def write(self, folder: Path | str) -> None:
         """Write page, figures and result.json to a folder; with the fit, its files as well."""

@@ -259,6 +259,9 @@ class Study:
             say(options, preliminary.table(first))
             if options.out is not None:
                 preliminary.write(options.out, first)
+            doubt = preliminary.doubt(self.spec, found, self._seed(options.seed))
+            if doubt is not None:
+                say(options, doubt)
 
         return searched
 

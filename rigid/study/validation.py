@@ -1,6 +1,5 @@
 """Simulation-based calibration of a study: replicates as jobs, and what came of them."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -11,7 +10,7 @@ import numpy as np
 
 from rigid.io.cli import Options
 from rigid.io.errors import InputError
-from rigid.io.files import write_text
+from rigid.io.files import json_text, write_text
 from rigid.jobs.job import Job
 from rigid.jobs.rows import read_rows
 from rigid.jobs.run import run, told
@@ -89,7 +88,7 @@ class Validation:
 
     def json(self) -> str:
         """Text of validation.json."""
-        return json.dumps(self.result, indent=1, allow_nan=False) + "\n"
+        return json_text(self.result)
 
     def write(self, folder: Path) -> None:
         """Write validation.json and the report."""

@@ -10,7 +10,7 @@ from campaign import Bench
 from reference import predictions
 from table import Row
 
-from rigid.likelihood.channels import fitted
+from rigid.likelihood.marginal import marginal_likelihood
 from rigid.likelihood.problem import Problem, predict
 
 TOLERANCE = 1e-10
@@ -40,7 +40,7 @@ class Error:
 @eqx.filter_jit
 def log_likelihood(problem: Problem, series: list, values: dict) -> jnp.ndarray:
     """rigid's own likelihood of simulated readings."""
-    return fitted(problem.pieces, series, values).value
+    return marginal_likelihood(problem.pieces, series, values).value
 
 
 def error_at(problem: Problem, z: np.ndarray) -> Error:

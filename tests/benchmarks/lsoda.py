@@ -17,8 +17,8 @@ from scipy.integrate import odeint
 
 from rigid.effects.bristle import SPEED_ROUNDING
 from rigid.effects.pump_curve import HALF_DROP, MEAN_FLOW, STEEPNESS
-from rigid.likelihood.channels import fitted
 from rigid.likelihood.groups import AbstractGroup, flow_label
+from rigid.likelihood.marginal import marginal_likelihood
 from rigid.likelihood.parameters import Scoped
 from rigid.likelihood.problem import LOG_2PI, Problem
 from rigid.likelihood.tracks import Track
@@ -106,7 +106,7 @@ class LsodaPosterior:
         self.problem, self.rtol, self.atol = problem, rtol, atol * scales
         self.solving = 0.0
         self._values = eqx.filter_jit(lambda p, z: p.parameters.values(z))
-        self._likelihood = eqx.filter_jit(lambda p, s, v: fitted(p.pieces, s, v).value)
+        self._likelihood = eqx.filter_jit(lambda p, s, v: marginal_likelihood(p.pieces, s, v).value)
 
     def __call__(self, z: np.ndarray) -> float:
         values = self._values(self.problem, jnp.asarray(z)[None])

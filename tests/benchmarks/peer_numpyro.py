@@ -17,7 +17,7 @@ from reference import Stretch, begin, padded, solved, stretches
 from release import alone
 
 from rigid.inference.search import search_from
-from rigid.likelihood.channels import fitted
+from rigid.likelihood.marginal import marginal_likelihood
 from rigid.likelihood.parameters import Scoped
 from rigid.likelihood.problem import Problem
 from rigid.physics.rig import Rig, Surroundings, build_rig
@@ -94,7 +94,9 @@ def log_likelihood(problem: Problem, z: Array) -> Array:
     )
     series = jax.vmap(lambda y: readings(rig, y, Surroundings()).acceleration)(path)[1:]
     whole = jnp.zeros(track.samples).at[onset:].set(series)
-    return fitted(problem.pieces, [{"acceleration": whole[:, None, None]}], listed).value[0]
+    return marginal_likelihood(
+        problem.pieces, [{"acceleration": whole[:, None, None]}], listed
+    ).value[0]
 
 
 def shortened(bench: Bench, draws: int) -> tuple[int, float, float]:

@@ -303,3 +303,12 @@ def test_command_refuses_what_makes_no_sense(tmp_path, capsys):
         assert stop.value.code == 2
         assert "allowed" in capsys.readouterr().err
     assert not (tmp_path / "x").exists()
+
+
+def test_command_says_so_where_a_cause_does_not_reach_its_strength(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("rigid.generator.strength.MOST_TRIALS", 0)
+    with pytest.raises(SystemExit) as stop:
+        main(["--seed", "1", "--out", str(tmp_path / "x"), "--hide", "pump-ripple"])
+    assert stop.value.code == 2
+    assert "does not reach a strength of 8.0" in capsys.readouterr().err
+    assert not (tmp_path / "x").exists()

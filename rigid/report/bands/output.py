@@ -1,13 +1,13 @@
 """Files of the bands: a table over time, the parts of its uncertainty, and JSON for programs."""
 
-import json
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from rigid.io.files import replacing, write_text
+from rigid.inference.reference_check import SolverCheck
+from rigid.io.files import json_text, replacing, write_text
 from rigid.smoothing.budget import FIGURES, PARTS, Line
 from rigid.smoothing.finished import Finished
 from rigid.smoothing.laws import Law
@@ -68,7 +68,19 @@ def checks(all_found: Iterable[Finished], laws: Iterable[Law]) -> list[tuple[str
     told = "the calibration that the bands rest on may be used"
     if failed:
         told = f"the calibration must not be used as it stands ({' | '.join(failed)})"
-    return [("posterior", not failed, told), ("residuals", worst <= MOST_GAP, said)]
+    found = [("posterior", not failed, told), ("residuals", worst <= MOST_GAP, said)]
+    solver = worst_of(all_found)
+    return found if solver is None else [*found, ("solver", solver.ok, solver.says)]
+
+
+def worst_of(all_found: Iterable[Finished]) -> SolverCheck | None:
+    """The check of the steps that came out worst over all records, cylinders and laws."""
+    checks = [one for found in all_found for one in found.solver]
+
+    def off(one: SolverCheck) -> tuple[bool, float]:
+        return not one.ok, np.inf if one.worst is None else one.worst.bars
+
+    return max(checks, key=off, default=None)
 
 
 def as_dict(
@@ -79,7 +91,7 @@ def as_dict(
     laws: Sequence[Law],
 ) -> dict[str, Any]:
     """Everything but the series, for programs."""
-    listed = checks(all_found, laws)
+    listed, solver = checks(all_found, laws), worst_of(all_found)
     return {
         "schema": SCHEMA,
         "spec": spec_name,
@@ -87,6 +99,7 @@ def as_dict(
         "usable": all(ok for _, ok, _ in listed),
         "checks": [{"name": n, "ok": bool(ok), "says": says} for n, ok, says in listed],
         "records": {found.name: _record(found) for found in all_found},
+        "solver": None if solver is None else solver.values(),
         "seed": seed,
         "sha256": {place: mark for found in all_found for place, mark in found.sha256.items()},
     }
@@ -109,7 +122,7 @@ def _record(found: Finished) -> dict[str, Any]:
 
 def write_json(path: Path, content: dict[str, Any]) -> str:
     """Write the JSON and return it."""
-    text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    text = json_text(content)
     write_text(path, text)
     return text
 

@@ -30,6 +30,8 @@ NEXT = {
     "residuals": "Run `rigid discover` on the calibration: what is missing from the rig goes into "
     "the load.",
     "posterior": "Mend the calibration first: `rigid fit` says which check failed and what to do.",
+    "solver": "The steps of the smoother do not hold for this rig: look for an effect that is "
+    "stiff or does not change smoothly, and leave it out of the bands.",
 }
 """What to do when a check fails, by its name."""
 

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from rigid.inference.calibrate import KEPT_STEPS, Calibrated
-from rigid.inference.derived import frictions, overall_gap, values_of
+from rigid.inference.derived import Channel, frictions, overall_gap, values_of
 from rigid.inference.export import (
     about,
     about_sensors,
@@ -80,15 +80,14 @@ def rows(done: Calibrated) -> list[ParameterRow]:
     return out
 
 
-def checks(done: Calibrated, gap: float) -> list[Check]:
+def checks(done: Calibrated) -> list[Check]:
     """What must hold for the result to be used."""
     best = done.found.optima[0]
     listed = [Check("converged", bool(done.draws.converged), done.draws.says)]
     starts = f"{best.reached} of {done.found.starts} starts ended in the best optimum"
     enough = best.reached >= min(LEAST_SHARE_OF_STARTS, done.found.starts)
     listed += [Check("starts", enough, starts), optimum(done.found.settled)]
-    channels = {f"{c.quantity} of {c.record},{c.cylinder}": c.gap for c in done.shown}
-    listed.append(residuals(gap, channels))
+    listed.append(residuals_check(done.shown))
     if done.solver is not None:
         listed.append(done.solver.check)
     if len(done.found.optima) > 1:
@@ -97,6 +96,12 @@ def checks(done: Calibrated, gap: float) -> list[Check]:
             Check("mode weights", bool(k < BAD_TAIL), f"Pareto shape of their weights is {k:.2f}")
         )
     return listed
+
+
+def residuals_check(shown: list[Channel]) -> Check:
+    """Whether what the model leaves of every channel is what its sensor's sheet says."""
+    channels = {f"{c.quantity} of {c.record},{c.cylinder}": c.gap for c in shown}
+    return residuals(overall_gap(shown), channels)
 
 
 def gaps(done: Calibrated) -> Gap:
@@ -129,7 +134,7 @@ def result(spec: Spec, done: Calibrated, wall: float) -> Result:
     return Result(
         spec=spec.path.stem,
         simulated=spec.simulated,
-        checks=checks(done, gap.overall or 0.0),
+        checks=checks(done),
         parameters=table,
         gap=gap,
         cost=cost,

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rigid.inference.derived import frictions, values_of
+from rigid.inference.derived import channels, frictions, values_of
 from rigid.inference.friction_curve import FREQUENCIES
 from rigid.inference.search import Found
 from rigid.inference.summary import (
@@ -18,7 +18,7 @@ from rigid.inference.summary import (
     write_result_json,
 )
 from rigid.io.provenance import versions
-from rigid.report.calibration.output import REPORTED_HZ
+from rigid.report.calibration.output import REPORTED_HZ, residuals_check
 from rigid.report.paper_values import of_the_paper, published
 from rigid.spec import Spec
 
@@ -47,6 +47,18 @@ def preliminary(spec: Spec, found: Found, seed: int, began: float) -> Result:
         seed=seed,
         versions=versions(),
         preliminary=True,
+    )
+
+
+def doubt(spec: Spec, found: Found, seed: int) -> str | None:
+    """What to do where the best fit does not explain the records; None where it does."""
+    listed = channels(found, found.optima[0].z[None], seed)
+    check = residuals_check(listed)
+    if check.ok:
+        return None
+    return (
+        f"{check.name}: {check.says}. The chain will not change that: stop (Ctrl-C) and run "
+        f"`rigid discover {spec.path.name}`, which looks for what the model lacks; or let it run"
     )
 
 

@@ -2,13 +2,11 @@
 
 import csv
 import io
-import json
-import math
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from rigid.io.files import write_text
+from rigid.io.files import finite, json_text, write_text
 from rigid.report.compare.content import Compared
 from rigid.report.compare.moved import SAYS, Move
 
@@ -51,11 +49,6 @@ def as_dict(found: Compared) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def finite(value: float | None) -> float | None:
-    """A number for JSON."""
-    return None if value is None or not math.isfinite(value) else float(value)
-
-
 def row(move: Move) -> dict[str, Any]:
     """A move as columns of comparison.csv."""
     least, most = move.bounds or (None, None)
@@ -74,7 +67,7 @@ def row(move: Move) -> dict[str, Any]:
 
 def text(found: Compared) -> str:
     """The text of compare.json."""
-    return json.dumps(as_dict(found), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return json_text(as_dict(found))
 
 
 def write(folder: Path, found: Compared) -> None:

@@ -8,8 +8,7 @@ from rigid.discovery.weighing.verdict import PARTED
 from rigid.friction.comparison import CANNOT_TELL, DECIDED, MOST_APART, TIED
 from rigid.localfit.scatter import CAMPAIGNS
 from rigid.plots import metrology
-from rigid.report.content import BAD, GOOD, RESERVE, Answer, Check, Front, Provenance
-from rigid.report.laws.section import LawsContent, LawShown
+from rigid.report.content import BAD, GOOD, RESERVE, Answer, Check, FoundContent, Front, Provenance
 from rigid.report.taken import sentences
 from rigid.spec import Spec
 
@@ -22,40 +21,17 @@ TO_DO = (
 )
 
 
-def content(spec: Spec, made: dict[str, Any], provenance: Provenance) -> LawsContent:
+def content(spec: Spec, made: dict[str, Any], provenance: Provenance) -> FoundContent:
     """Gather the section; `made` is what goes to laws.json."""
-    laws = made["laws"]
-    return LawsContent(
+    return FoundContent(
         title=spec.title or spec.path.stem,
         simulated=spec.simulated,
         front=front(made),
         provenance=provenance,
         checks=tuple(Check(**one) for one in made["checks"]),
         taken=sentences(made),
+        found=made,
         notes=notes(made),
-        laws=tuple(
-            (
-                one["words"],
-                one["log_evidence"],
-                one["log_evidence_error"],
-                one["probability"],
-                one["elpd_difference"],
-                one["elpd_error"],
-                one["tied"],
-            )
-            for one in laws
-        ),
-        priors=tuple(laws[0]["priors"]),
-        chances=tuple(
-            (one["words"], tuple(p["probability"] for p in one["priors"].values())) for one in laws
-        ),
-        parameters=tuple(
-            (one["words"], label, v["unit"], v["q05"], v["median"], v["q95"])
-            for one in laws
-            for label, v in one["parameters"].items()
-        ),
-        shown=tuple(_shown(one) for one in laws),
-        records=tuple(one["record"] for one in laws[0]["records"]),
     )
 
 
@@ -87,15 +63,6 @@ def front(made: dict[str, Any]) -> Front:
     )
 
 
-def _shown(one: dict[str, Any]) -> LawShown:
-    return LawShown(
-        one["words"],
-        np.array([p["log_evidence"] for p in one["priors"].values()]),
-        np.array([r["elpd_difference"] for r in one["records"]]),
-        np.array([r["elpd_error"] for r in one["records"]]),
-    )
-
-
 def ruling(made: dict[str, Any]) -> str:
     """The verdict in a sentence."""
     first, names = made["laws"][0], _names(made)
@@ -106,7 +73,7 @@ def ruling(made: dict[str, Any]) -> str:
         return "The comparison must not be used as it stands: a fit is not settled."
     if not made["usable"]:
         return (
-            f"No law explains the records: the best, {first['words']}, leaves a gap of "
+            f"No friction model explains the records: the best, {first['words']}, leaves a gap of "
             f"{made['gap']:.2f} (1 is the floor)."
         )
     if made["verdict"] == CANNOT_TELL:
@@ -114,7 +81,7 @@ def ruling(made: dict[str, Any]) -> str:
     told = f"{first['words']} friction (probability {metrology.chance(first['probability'], 2)})"
     if made["verdict"] == TIED:
         return f"{told}. The records do not need the larger {names}."
-    return f"{told}; no other law is tied with it."
+    return f"{told}; no other model is tied with it."
 
 
 def _names(made: dict[str, Any]) -> str:
@@ -124,23 +91,23 @@ def _names(made: dict[str, Any]) -> str:
 def notes(made: dict[str, Any]) -> tuple[str, ...]:
     """Sentences on how to read the tables."""
     out = [
-        "Evidence is the probability of the records under a law, its numbers integrated over their "
-        "priors; every law counts as much before the records. The predictive density is that of "
-        "each record by a fit to all others, its own flow or preload integrated over.",
+        "Evidence is the probability of the records under a model, its numbers integrated over "
+        "their priors; every model counts as much before the records. The predictive density is "
+        "that of each record by a fit to all others, its own flow or preload integrated over.",
         f"Errors are what a difference scatters by in {CAMPAIGNS} simulated campaigns of either "
-        f"law. Tied: predictive density not below the first's by its error nor by {MOST_APART:g}. "
-        "A larger law that is tied is not needed where the odds against it are above "
-        f"{np.exp(DECIDED):.0f} whatever is done to the priors of its amplitudes.",
+        f"model. Tied: predictive density not below the first's by its error nor by "
+        f"{MOST_APART:g}. A larger model that is tied is not needed where the odds against it are "
+        f"above {np.exp(DECIDED):.0f} whatever is done to the priors of its amplitudes.",
     ]
     if made["next_record"] is not None:
         record = made["next_record"]
         parts = "would part" if record["apart"] > PARTED else "would help most, but not part,"
         out.append(
-            f"The record that {parts} the first law and the likeliest of those tied with it: "
+            f"The record that {parts} the first model and the likeliest of those tied with it: "
             f"{record['record']} ({record['apart']:.1f}; {PARTED} parts two in 19 of 20)."
         )
     if made.get("solver") is not None:
-        out.append(f"The first law's fit: {made['solver']['says']}.")
+        out.append(f"The first model's fit: {made['solver']['says']}.")
     refitted = sum(r["refitted"] for one in made["laws"] for r in one["records"])
     if refitted:
         out.append(f"{refitted} of the left-out predictions rest on a fit of their own.")

@@ -3,7 +3,6 @@
 import csv
 import io
 import json
-import math
 import time
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,7 @@ import xarray as xr
 
 from rigid.inference.posterior import save_posterior
 from rigid.inference.summary import COLUMNS
-from rigid.io.files import write_text
+from rigid.io.files import json_text, plain, write_text
 from rigid.io.provenance import versions
 from rigid.published.catalogue import CAUSES, STORIES
 from rigid.published.run import DRAWS, Findings, Told
@@ -113,17 +112,6 @@ def _stories(found: Findings, prior: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def plain(value: Any) -> Any:
-    """The value with None in place of what is not finite."""
-    if isinstance(value, dict):
-        return {k: plain(v) for k, v in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [plain(v) for v in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
-
-
 def write(folder: Path, spec: Spec, found: Findings, began: float) -> str:
     """Write posterior.nc, summary.csv and result.json; returns the text of result.json."""
     made = plain(as_dict(spec, found, time.monotonic() - began))
@@ -136,7 +124,7 @@ def write(folder: Path, spec: Spec, found: Findings, began: float) -> str:
     writer.writeheader()
     writer.writerows({"name": n, **row} for n, row in made["parameters"].items())
     write_text(folder / "summary.csv", table.getvalue())
-    text = json.dumps(made, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    text = json_text(made)
     write_text(folder / "result.json", text)
     return text
 

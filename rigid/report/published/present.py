@@ -72,13 +72,14 @@ def front(spec: Spec, found: Findings, listed: Sequence[Check]) -> Front:
     """Question, answers, whether they may be used."""
     return Front(
         asked=f"What do {len(PRINTED_NAMES)} printed numbers allow, and which of "
-        f"{len(STORIES)} stories do they favour?",
+        f"{len(STORIES)} hypotheses do they favour?",
         state=GOOD if found.usable else BAD,
         ruling=wording.verdict(found.usable, listed),
         why=in_short(found, spec),
         cannot=(
-            "Six printed numbers and as many stories more: what follows is mostly prior. Read the "
-            "Bayes factors under both priors, and the assumption that each story rests on.",
+            f"Six of the numbers count in the evidence, and there are {len(STORIES)} hypotheses: "
+            "what follows is mostly prior. Read the Bayes factors under both priors, and the "
+            "assumption that each hypothesis rests on.",
             "Nothing on this page was measured for it, and nothing is simulated data; numbers of "
             "the paper stand with their place.",
         ),

@@ -47,7 +47,7 @@ def in_short(found: Findings, spec: Spec) -> tuple[str, ...]:
         f"If one constant μ on a fixed root made the release, it is {three(own)} N s/m: "
         f"{middle / PUBLISHED:.0f} times eq. (17), and {published.mu_A.value / middle:.0f} and "
         f"{published.mu_B.value / middle:.0f} times less than the two values of eq. (18).",
-        f"ln B of a small μ and of a locked plunger: {_gaps(found, BROKEN)}. All other stories, "
+        f"ln B of a small μ and of a locked plunger: {_gaps(found, BROKEN)}. All other hypotheses, "
         f"with any μ: {_gaps(found, _others(found))}.",
         "ln B of free running by the friction of the release against the best other cause, under "
         f"one constant μ: {_by_prior(found, _same_gap)}. The other causes lie within "
@@ -104,8 +104,8 @@ def tables(found: Findings) -> tuple[Table, ...]:
 
 def _evidence_table(found: Findings, prior: str) -> Table:
     against = factors(found, prior)
-    heads = ("Story", "ln B", "± Monte Carlo", "μ [N s/m]", "period [ms]", "falls by e in [ms]",
-             "least oil pressure [bar]", "oil above vacuum")  # fmt: skip
+    heads = ("Hypothesis", "ln B", "± Monte Carlo", "μ [N s/m]", "period [ms]",
+             "falls by e in [ms]", "least oil pressure [bar]", "oil above vacuum")  # fmt: skip
     rows = tuple(
         (
             t.story.title, signed(f"{against[t.story.key][0]:.2f}"),
@@ -124,7 +124,7 @@ def _reading_table(found: Findings, prior: str) -> Table:
         (t.story.title, *(_factor(t.readings[r].log - base[r].log) for r in READINGS))
         for t in found.of(prior)
     )
-    return f"ln B by reading of the text, {prior} prior", ("Story", *READINGS), rows
+    return f"ln B by reading of the text, {prior} prior", ("Hypothesis", *READINGS), rows
 
 
 def _factor(value: float) -> str:
@@ -132,7 +132,7 @@ def _factor(value: float) -> str:
 
 
 def _cause_table(found: Findings, prior: str) -> Table:
-    heads = ("Story of the release", *(c.title for c in CAUSES))
+    heads = ("Hypothesis on the release", *(c.title for c in CAUSES))
     rows = tuple(
         (t.story.title, *(signed(f"{t.pairs[c.key].log - t.release.log:.2f}") for c in CAUSES))
         for t in found.of(prior)

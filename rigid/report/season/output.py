@@ -1,6 +1,5 @@
 """batch.json: the fits of a season, and which quantities change from one to the next."""
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -8,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from rigid.inference.drift import Drift, drift
-from rigid.io.files import finite
+from rigid.io.files import finite, json_text
 from rigid.io.provenance import versions
 
 SCHEMA = 1
@@ -50,7 +49,7 @@ def as_dict(folder: Path, campaigns: Sequence[Mapping[str, Any]]) -> dict[str, A
 
 def as_json(made: Mapping[str, Any]) -> str:
     """Text of batch.json."""
-    return json.dumps(made, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return json_text(made)
 
 
 def quantities(campaigns: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, Any]]:

@@ -2,22 +2,17 @@
 
 from collections.abc import Mapping
 from typing import Any
-from urllib.parse import quote
-
-import numpy as np
 
 from rigid.inference.drift import ALPHA, DIFFERS, DRIFTS, STEADY
 from rigid.report.content import BAD, GOOD, Check, Front
 from rigid.report.made import made_of
 from rigid.report.season.output import FAILED, NOT_FITTED, USABLE
-from rigid.report.season.section import CampaignRow, QuantityRow, QuantityShown, SeasonContent
+from rigid.report.season.section import SeasonContent
 
 FIRST = ("k_LC", "mu", "abs_mu")
 """Quantities that come first, by the beginning of their labels."""
-MOST_SHOWN = 9
-"""Panels of the figure."""
 MOST_COLUMNS = 4
-"""Quantities that the table of campaigns and the terminal show."""
+"""Quantities that the terminal shows."""
 
 
 def chosen(made: Mapping[str, Any]) -> list[str]:
@@ -33,18 +28,14 @@ def chosen(made: Mapping[str, Any]) -> list[str]:
 
 def content(made: Mapping[str, Any]) -> SeasonContent:
     """Gather the section."""
-    ranked = chosen(made)
-    columns = ranked[:MOST_COLUMNS]
     return SeasonContent(
         title=f"Campaigns of {made['folder']}",
         simulated=made["simulated"],
         front=front(made),
         provenance=made_of(made["folder"], "", None, (), cpu_s=made["cost"]["cpu_s"]),
         checks=tuple(_check(one) for one in made["campaigns"] if one["status"] != NOT_FITTED),
-        columns=tuple(columns),
-        campaigns=tuple(_campaign(one, columns) for one in made["campaigns"]),
-        quantities=tuple(_quantity(k, made["quantities"][k]) for k in ranked),
-        shown=tuple(_shown(k, made) for k in ranked[:MOST_SHOWN]),
+        found=made,
+        ranked=tuple(chosen(made)),
         alpha=ALPHA,
     )
 
@@ -103,57 +94,10 @@ def ruling(made: Mapping[str, Any]) -> str:
     return first
 
 
-def _campaign(one: Mapping[str, Any], columns: list[str]) -> CampaignRow:
-    values = [one.get("parameters", {}).get(label) for label in columns]
-    return CampaignRow(
-        name=one["name"],
-        link=quote(one["report"]) if "report" in one else None,
-        status=one["status"],
-        why=tuple(one["why"]),
-        gap=one.get("gap"),
-        values=tuple(None if v is None else (v["q05"], v["median"], v["q95"], v["unit"])
-                     for v in values),
-        cpu_s=(one.get("cost") or {}).get("cpu_s"),
-    )  # fmt: skip
-
-
-def _quantity(label: str, one: Mapping[str, Any]) -> QuantityRow:
-    return QuantityRow(
-        label, one["unit"], one["mean"], one["error"], one["verdict"], change(one),
-        one["trend_p"], one["scatter_p"],
-    )  # fmt: skip
-
-
-def change(one: Mapping[str, Any]) -> str:
-    """The change a campaign with its sd, in per cent where it is relative."""
-    slope, error = one["change_per_campaign"], one["change_error"]
-    if slope is None:
-        return ""
-    if one["relative"]:
-        return f"{100 * slope:+.2g} % (sd {100 * error:.2g} %)"
-    return f"{slope:+.3g} (sd {error:.2g}) {one['unit']}"
-
-
-def _shown(label: str, made: Mapping[str, Any]) -> QuantityShown:
-    there = [
-        (number, one["parameters"][label], one["status"] == USABLE)
-        for number, one in enumerate(made["campaigns"])
-        if label in one.get("parameters", {})
-    ]
-    return QuantityShown(
-        label,
-        made["quantities"][label]["unit"],
-        np.array([n for n, _, _ in there], dtype=float),
-        np.array([[p["q05"], p["median"], p["q95"]] for _, p, _ in there], dtype=float),
-        np.array([usable for _, _, usable in there]),
-        made["quantities"][label]["verdict"],
-    )
-
-
 def table(made: Mapping[str, Any]) -> str:
     """What the command prints."""
     columns = chosen(made)[:MOST_COLUMNS]
-    wide = max(len(one["name"]) for one in made["campaigns"]) + 2
+    wide = max(len("campaign"), *(len(one["name"]) for one in made["campaigns"])) + 2
     unit = {k: made["quantities"][k]["unit"] for k in columns}
     head = "".join(f"{f'{k} [{unit[k]}]':>28}" for k in columns)
     lines = [f"{'campaign':{wide}}{'status':12}{'gap':>7}{head}"]

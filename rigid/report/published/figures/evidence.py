@@ -15,7 +15,9 @@ PLACE = "evidence"
 
 def drawn(content: StoriesContent) -> Iterator[Drawn]:
     """The figure, computed from posteriors; nothing on it is a record."""
-    caption = "Log Bayes factor of each story against one constant μ, under the two stated priors."
+    caption = (
+        "Log Bayes factor of each hypothesis against one constant μ, under the two stated priors."
+    )
     yield Drawn(
         "evidence", evidence_figure(content.shown), caption, caption, numbers(content.shown)
     )
@@ -23,7 +25,7 @@ def drawn(content: StoriesContent) -> Iterator[Drawn]:
 
 def numbers(shown: StoriesShown) -> Columns:
     """What is drawn, in SI."""
-    out = {"story": np.array([story.title for story in shown.stories])}
+    out = {"hypothesis": np.array([story.title for story in shown.stories])}
     for number, (prior, _, _) in enumerate(shown.stories[0].factors):
         told = [story.factors[number] for story in shown.stories]
         out[f"ln B, {prior} prior"] = np.array([value for _, value, _ in told])

@@ -17,7 +17,7 @@ PLACE = "figures"
 def drawn(content: StoriesContent) -> Iterator[Drawn]:
     """The figure, computed from posteriors; nothing on it is a record."""
     caption = (
-        f"Fig. 8 of the paper as each story predicts it. {BANDS} Dotted: every 10 ms; dashed: "
+        f"Fig. 8 of the paper as each hypothesis predicts it. {BANDS} Dotted: every 10 ms; dashed: "
         "40 ms, both as printed. No record is shown."
     )
     yield Drawn("release", release_figure(content.shown), caption, caption, numbers(content.shown))

@@ -16,8 +16,8 @@ PLACE = "figures"
 def drawn(content: StoriesContent) -> Iterator[Drawn]:
     """The figure, computed from posteriors; nothing on it is a record."""
     caption = (
-        "Fig. 4 of the paper with the posterior of each story. White marks: roots at the published "
-        "values of μ."
+        "Fig. 4 of the paper with the posterior of each hypothesis. White marks: roots at "
+        "the published values of μ."
     )
     yield Drawn("roots", roots_figure(content.shown), caption, caption, numbers(content.shown))
 

@@ -1,33 +1,73 @@
 """Quantities over the campaigns of a season."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from jaxtyping import Bool, Float
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rigid.plots.figure import Columns, Drawn
 from rigid.plots.style import BLUE, GREY, VERMILION, house_style, new_figure, panel_title
-from rigid.report.season.section import QuantityShown, SeasonContent
+from rigid.report.season.output import USABLE
+from rigid.report.season.section import SeasonContent
 
 PLACE = "campaigns"
 
 COLUMNS = 3
+MOST_SHOWN = 9
+"""Panels."""
 MOST_NAMES = 12
 """Campaigns up to which each has its name below the axis."""
 
 
+@dataclass(frozen=True, eq=False)
+class QuantityShown:
+    """One quantity of the figure.
+
+    - `label`; `unit`. - `when` (campaigns,): number of the campaign. - `interval` (campaigns, 3):
+      q05, median, q95. - `usable` (campaigns,). - `verdict`: steady, or how it changes.
+    """
+
+    label: str
+    unit: str
+    when: Float[np.ndarray, " campaigns"]
+    interval: Float[np.ndarray, "campaigns 3"]
+    usable: Bool[np.ndarray, " campaigns"]
+    verdict: str
+
+
 def drawn(content: SeasonContent) -> Iterator[Drawn]:
     """The figure, where any campaign gave numbers."""
-    if content.shown:
-        names = [one.name for one in content.campaigns]
+    if content.ranked:
+        shown = [_shown(content.found, label) for label in content.ranked[:MOST_SHOWN]]
+        names = [one["name"] for one in content.found["campaigns"]]
         yield Drawn(
             "season",
-            season_figure(content.shown, names, content.simulated),
+            season_figure(shown, names, content.simulated),
             "Quantities over the campaigns, in the order of their names: medians with 90 % "
             "intervals. Grey: from a fit that must not be used.",
             "Quantities with uncertainty over campaigns",
-            numbers(content.shown, names),
+            numbers(shown, names),
         )
+
+
+def _shown(found: Mapping[str, Any], label: str) -> QuantityShown:
+    there = [
+        (number, one["parameters"][label], one["status"] == USABLE)
+        for number, one in enumerate(found["campaigns"])
+        if label in one.get("parameters", {})
+    ]
+    return QuantityShown(
+        label,
+        found["quantities"][label]["unit"],
+        np.array([n for n, _, _ in there], dtype=float),
+        np.array([[p["q05"], p["median"], p["q95"]] for _, p, _ in there], dtype=float),
+        np.array([usable for _, _, usable in there]),
+        found["quantities"][label]["verdict"],
+    )
 
 
 def numbers(shown: Sequence[QuantityShown], names: Sequence[str]) -> Columns:
@@ -56,7 +96,7 @@ def season_figure(
         return figure
 
 
-def _panel(axes, one: QuantityShown, campaigns: Sequence[str]) -> None:
+def _panel(axes: Axes, one: QuantityShown, campaigns: Sequence[str]) -> None:
     for usable, colour in ((True, BLUE if one.verdict == "steady" else VERMILION), (False, GREY)):
         at = one.usable == usable
         low, middle, high = one.interval[at].T

@@ -1,0 +1,30 @@
+"""What a fit says before its chain runs: whether the best fit explains the records at all."""
+
+import cart
+import numpy as np
+import pytest
+
+from rigid.inference.search import search
+from rigid.report.calibration.preliminary import doubt
+from rigid.study.study import load
+
+
+@pytest.mark.parametrize("missing", [0.0, 30.0])
+def test_a_model_that_does_not_explain_its_records_is_told_before_the_chain(tmp_path, missing):
+    """A force of 30 N at five times the stroke's frequency is in no part of the model."""
+    path = cart.write_cart(tmp_path, seconds=4.0)
+    record = tmp_path / "cart.csv"
+    t, x, force = np.loadtxt(record, delimiter=",", skiprows=1, unpack=True)
+    force = force + missing * np.sin(2.0 * np.pi * 2.5 * t)
+    rows = (f"{a:.4f},{b:.9f},{c:.4f}" for a, b, c in zip(t, x, force, strict=True))
+    record.write_text("\n".join(["t,x,F", *rows]) + "\n", "utf-8")
+    # With 2 N on the sheet the sound cart has a gap of 1.2; with 3 N it is far from the limit.
+    path.write_text(path.read_text("utf-8").replace("noise = 2.0", "noise = 3.0"), "utf-8")
+    study = load(path)
+    said = doubt(study.spec, search(study.problem, 2, 1), 1)
+    if missing:
+        assert said is not None
+        assert said.startswith("residuals: they are ")
+        assert "`rigid discover cart.toml`" in said
+    else:
+        assert said is None
