@@ -48,7 +48,7 @@ class AbstractGroup(eqx.Module):
         """What is known of the records before a fit."""
 
     @abstractmethod
-    def inputs(self, values: Mapping[str, Array]) -> tuple[Rig | inverse.Body | Array, ...]:
+    def inputs(self, values: Mapping[str, Array]) -> tuple[Rig | inverse.Body | Array | None, ...]:
         """Return what a simulation takes of the parameters: rig, then (..., walkers) each."""
 
     def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:

@@ -5,6 +5,8 @@ moves of the valve is solved by itself, so that no step passes over one. Where a
 to its end, its readings are nan.
 """
 
+from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple, TypeVar
 
 import diffrax
@@ -51,7 +53,8 @@ def integrate(
 
     What did not come to its end is nan.
     """
-    path = _solved(rig, outside, start, (times[0], times[-1]), times, tolerance, np.inf)
+    now, ends = partial(_now, outside), (times[0], times[-1])
+    path = _solved(rig, now, start, ends, times, tolerance, np.inf)
     return jnp.where(path.ended, path.states, jnp.nan)
 
 
@@ -69,9 +72,13 @@ def driven(
 
     def step(state: Array, given: tuple[Array, Array, Array]) -> tuple[Array, Array]:
         first, last, fraction = given
-        outside = Surroundings(force=first, flow_fraction=fraction)
-        slope = (last - first) / length
-        path = _solved(rig, outside, state, ends, times, tolerance, np.inf, slope)
+
+        def now(time: ArrayLike) -> Surroundings:
+            return Surroundings(
+                force=first + (last - first) / length * time, flow_fraction=fraction, time=time
+            )
+
+        path = _solved(rig, now, state, ends, times, tolerance, np.inf)
         after = jnp.where(path.ended, path.states[-1], jnp.nan)
         return after, after
 
@@ -81,25 +88,21 @@ def driven(
 
 def _solved(
     rig: Rig,
-    outside: Surroundings,
+    now: Callable[[ArrayLike], Surroundings],
     start: Array,
     ends: tuple[Array, Array],
     times: Array,
     tolerance: float,
     longest: float,
-    slope: ArrayLike = 0.0,
-    strap: "Strap | None" = None,
 ) -> _Path:
     """Solve from the first of `ends` to the last, with no step over `longest` [s].
 
-    - `times` (times,): from end to end, in order. - `slope` [N/s]: of the force on the plate.
-    - `strap`: pulls at the plate; None: nothing.
+    - `now`: surroundings at a time. - `times` (times,): from end to end, in order.
     """
     scales = jnp.asarray(rig.scales)
 
     def field(time: ArrayLike, scaled: Array, _: None) -> Array:
-        now = _now(outside, time, strap)
-        moved = rig.motion(scaled * scales, now._replace(force=now.force + slope * time)).rates
+        moved = rig.motion(scaled * scales, now(time)).rates
         return jnp.stack([jnp.broadcast_to(rate, ()) for rate in moved]) / scales
 
     finer = FINER * tolerance
@@ -136,7 +139,7 @@ class Strap(NamedTuple):
         return -self.preload * (1.0 - jnp.where(time >= self.edges[-1], 1.0, gone))
 
 
-def _now(outside: Surroundings, time: ArrayLike, strap: Strap | None) -> Surroundings:
+def _now(outside: Surroundings, time: ArrayLike, strap: "Strap | None" = None) -> Surroundings:
     """Surroundings at a time, counted as theirs is."""
     now = outside._replace(time=outside.time + time)
     return now if strap is None else now._replace(force=now.force + strap.force(time))
@@ -164,7 +167,9 @@ def _stretch(
         rig: Rig, outside: Surroundings, start: Array, asked: Array, strap: Strap | None
     ) -> tuple:
         times = jnp.append(jnp.clip(asked, *ends), ends[1])
-        path = _solved(rig, outside, start, ends, times, tolerance, longest, strap=strap)
+        path = _solved(
+            rig, partial(_now, outside, strap=strap), start, ends, times, tolerance, longest
+        )
         states = jnp.where(path.ended, path.states, jnp.nan)
 
         def read(y: Array, time: Array) -> Readings:
