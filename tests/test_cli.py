@@ -1,16 +1,19 @@
 """What a command promises to whoever starts it: first line, statuses, what goes where."""
 
 import errno
+import gc
 import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
 import rigid
 from rigid.io import cli
+from rigid.io.cli import Interrupted, signals
 from rigid.io.errors import EnvironmentFaultError, InputError, UnusableResultError
 from rigid.io.files import locked
 
@@ -343,3 +346,23 @@ def test_a_law_that_does_not_exist(command, spec):
     status, _, err = fit(command, spec, "--out", spec.parent / "out")
     assert status == 2
     assert "[priors] k_LC: unknown law 'lognormall'" in err
+
+
+def test_a_signal_where_python_ignores_errors_still_ends_the_run():
+    """The collector's callbacks are such a place, and JAX has one."""
+
+    def callback(*_):
+        gc.callbacks.remove(callback)
+        signal.raise_signal(signal.SIGTERM)
+
+    def run():
+        with signals():
+            gc.collect()
+            time.sleep(20.0)
+
+    before = signal.getsignal(signal.SIGALRM), sys.unraisablehook
+    gc.callbacks.append(callback)
+    with pytest.raises(Interrupted) as ended:
+        run()
+    assert ended.value.number == signal.SIGTERM
+    assert (signal.getsignal(signal.SIGALRM), sys.unraisablehook) == before

@@ -1,5 +1,6 @@
 """Simulation-based calibration: exact tests of ranks, and whole studies of a small machine."""
 
+import dataclasses
 import itertools
 import json
 from collections import Counter
@@ -14,15 +15,19 @@ from test_compilations import COMPILED
 from test_study import write_cart
 
 import rigid
+from rigid.inference.calibrate import propose
+from rigid.inference.search import search
 from rigid.jobs.job import Given
 from rigid.jobs.rows import read_rows
 from rigid.study.validation import Replicates
 from rigid.validate import main
+from rigid.validation import draws, replicate
 from rigid.validation.agreement import agreement
 from rigid.validation.broken import broken
 from rigid.validation.campaign import Base, coloured, converted, draw, moved, standard
 from rigid.validation.coverage import POWER, coverage, shown_from
 from rigid.validation.design import BREAKS, Design, arguments, read_arguments
+from rigid.validation.draws import ESS, weighted
 from rigid.validation.ecdf import band, counts, p_value, points
 from rigid.validation.misfit import effects, first_for_each
 from rigid.validation.replicate import one
@@ -222,6 +227,29 @@ def test_fast_and_full_fits_of_a_campaign_agree(study, tmp_path):
     assert found.beside.campaigns == 2
     # Ranks of either are known to about 0.02 and 0.05 (ESS of 500 and 100).
     assert found.beside.greatest < 0.25, found.beside.says
+
+
+def test_a_chain_takes_over_where_weights_do_not_do_and_ranks_the_same(study, monkeypatch):
+    """Ranks by 500 weighted draws and by a chain worth 500: each known to 0.5/sqrt(500)."""
+    given = Given(arguments(study.spec, Design(SEED), 0), ROOT, ROOT)
+    by_weights = one(given)
+    monkeypatch.setattr(
+        replicate, "weighted", lambda *given: dataclasses.replace(weighted(*given), pareto_k=0.9)
+    )
+    by_chain = one(given)
+    assert by_weights["good"]
+    assert by_chain["good"]
+    assert (by_weights["pareto_k"] is None, by_chain["pareto_k"] is None) == (False, True)
+    error = 4.0 * np.sqrt(2.0) * 0.5 / np.sqrt(ESS)  # of the largest of some 20 ranks
+    own = set(study.problem.parameters.labels)  # those of sensors draw gains and zeros anew
+    for name in own:
+        assert by_chain["ranks"][name] == pytest.approx(by_weights["ranks"][name], abs=error), name
+    law, _ = propose(search(study.problem, 2, 1), np.random.default_rng(1))
+    monkeypatch.setattr(draws, "CHAIN_STEPS", 100)
+    monkeypatch.setattr(draws, "ESS", 1e6)  # more than two blocks are worth
+    short = draws.chained(study.problem, law, study.spec.sampler, 1)
+    assert not short.settled
+    assert not short.good
 
 
 def test_agreement_sees_ranks_that_are_off():

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 TRACEBACK = "RIGID_TRACEBACK"
 """Environment variable that shows where a defect of the program is."""
+SOON = 0.05
+"""Seconds after which a signal is raised once more."""
 
 
 @dataclass(frozen=True)
@@ -197,7 +199,8 @@ def reach(bar: "tqdm", done: int) -> None:
 def signals() -> Iterator[None]:
     """Turn SIGINT and SIGTERM into `Interrupted`, so that files are closed on the way out.
 
-    In the main thread; no other may set handlers, and it is not there that signals arrive.
+    In the main thread; no other may set handlers, and it is not there that signals arrive. Raised
+    where Python ignores all errors (a callback of the garbage collector), it is raised once more.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -206,12 +209,24 @@ def signals() -> Iterator[None]:
     def stop(number: int, _frame: FrameType | None) -> None:
         raise Interrupted(number)
 
+    def ignored(told: "sys.UnraisableHookArgs") -> None:
+        if not isinstance(told.exc_value, Interrupted):
+            hook(told)
+            return
+        number = told.exc_value.number
+        signal.signal(signal.SIGALRM, lambda *_: stop(number, None))
+        signal.setitimer(signal.ITIMER_REAL, SOON)
+
+    hook, sys.unraisablehook = sys.unraisablehook, ignored
     before = {n: signal.signal(n, stop) for n in (signal.SIGINT, signal.SIGTERM)}
+    before[signal.SIGALRM] = signal.getsignal(signal.SIGALRM)
     try:
         yield
     finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
         for number, handler in before.items():
             signal.signal(number, handler)
+        sys.unraisablehook = hook
 
 
 def run(

@@ -117,16 +117,16 @@ def holding(found: tuple[Family, ...], effects: Iterable[type[AbstractEffect]]) 
 
 @eqx.filter_jit
 def _moving(
-    group: AbstractGroup, values: dict[str, Array], tangents: dict[str, Array]
-) -> tuple[tuple, tuple]:
-    """What the simulation of a group takes, and how it changes along tangents of the values."""
-    return jax.jvp(group.inputs, (values,), (tangents,))
+    groups: tuple[AbstractGroup, ...], values: dict[str, Array], tangents: dict[str, Array]
+) -> tuple[list[tuple], list[tuple]]:
+    """What the simulation of each group takes, and how it changes along tangents of the values."""
+    return jax.jvp(lambda v: [group.inputs(v) for group in groups], (values,), (tangents,))
 
 
 @eqx.filter_jit
-def _inputs(group: AbstractGroup, values: dict[str, Array]) -> tuple:
-    """What the simulation of a group takes."""
-    return group.inputs(values)
+def _inputs(groups: tuple[AbstractGroup, ...], values: dict[str, Array]) -> list[tuple]:
+    """What the simulation of each group takes."""
+    return [group.inputs(values) for group in groups]
 
 
 @eqx.filter_jit
@@ -159,9 +159,10 @@ def sweep(
     none = np.zeros(lanes)
     along = {k: np.asarray(tangents.get(k, none), dtype=float) for k in every}
 
-    def one(group: AbstractGroup, mine: np.ndarray) -> Parts:
-        moving = _moving(group, _cut(every, mine, width), _cut(along, mine, width))
-        read, slopes = _swept(group.grid, *moving)
+    def one(number: int, mine: np.ndarray) -> Parts:
+        group = family.groups[number]
+        inputs, moving = _moving(family.groups, _cut(every, mine, width), _cut(along, mine, width))
+        read, slopes = _swept(group.grid, inputs[number], moving[number])
         return group.own(read), group.own(slopes)
 
     asked = [np.flatnonzero(_asked(group, acts, lanes)) for group in family.groups]
@@ -181,8 +182,9 @@ def read(
     lanes, width = len(next(iter(values.values()))), family.lanes
     every = {k: np.full(lanes, v) for k, v in family.quiet.items()} | dict(values)
 
-    def one(group: AbstractGroup, mine: np.ndarray) -> Parts:
-        read = _read(group.grid, _inputs(group, _cut(every, mine, width)))
+    def one(number: int, mine: np.ndarray) -> Parts:
+        group = family.groups[number]
+        read = _read(group.grid, _inputs(family.groups, _cut(every, mine, width))[number])
         return (group.own(read),)
 
     asked = [np.flatnonzero(_asked(group, acts, lanes)) for group in family.groups]
@@ -193,9 +195,9 @@ def _in_turns(
     family: Family,
     asked: Sequence[np.ndarray],
     lanes: int,
-    simulate: Callable[[AbstractGroup, np.ndarray], Parts],
+    simulate: Callable[[int, np.ndarray], Parts],
 ) -> list[tuple[dict[str, np.ndarray], ...]]:
-    """What `simulate` gives for the lanes asked of every group, 0 for all others."""
+    """What `simulate` gives for the lanes asked of every group, by number, 0 for all others."""
     width = family.lanes
     jobs = [
         (number, mine[begin : begin + width])
@@ -205,7 +207,7 @@ def _in_turns(
 
     def one(job: tuple[int, np.ndarray]) -> tuple[dict[str, np.ndarray], ...]:
         number, mine = job
-        here = simulate(family.groups[number], mine)
+        here = simulate(number, mine)
         return jax.tree.map(lambda a: np.asarray(a)[..., : len(mine)], here)
 
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:

@@ -1,19 +1,28 @@
 """Weighted draws of a posterior with all that is ranked among them."""
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import jax.numpy as jnp
 import numpy as np
 
 from rigid.inference.adaptation import drawn
 from rigid.inference.calibrate import UNRELIABLE
 from rigid.inference.coordinates import chart_of
+from rigid.inference.posterior import stack
 from rigid.inference.proposal import MixtureProposal, kish, pareto_shape
-from rigid.likelihood.problem import Problem, evaluate, in_batches
+from rigid.inference.sample import Draws, Settings, sample
+from rigid.likelihood.problem import Problem, evaluate, in_batches, log_posterior, walkers
+from rigid.spec.values import SamplerSpec
 
 ESS = 500.0
 """Independent draws that weighted ones are to be worth: a rank then is known to 0.02."""
 BATCH, MOST_DRAWS = 2048, 12_288
+CHAIN_STEPS = 3000
+"""Steps of a chain that takes over where weights do not do; it ends once it is worth ESS draws."""
+KEPT_STEPS = 20
+"""Steps of each walker of a chain that ranks are taken among, as many as posterior.nc holds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +32,8 @@ class Weighted:
     - `z` (n, size), `weight` (n,), `log_posterior` (n,).
     - `sensors`: by label, (5, n): mean of gain and zero, variance of the gain, covariance, variance
       of the zero, given z.
-    - `pareto_k`: shape of the weights' tail; None where all weigh the same.
+    - `pareto_k`: shape of the weights' tail; None where all weigh the same, as those of a chain.
+    - `settled`: whether a chain has met its stopping rule.
     """
 
     z: np.ndarray
@@ -31,6 +41,7 @@ class Weighted:
     log_posterior: np.ndarray
     sensors: Mapping[str, np.ndarray]
     pareto_k: float | None
+    settled: bool = True
 
     @property
     def ess(self) -> float:
@@ -40,7 +51,8 @@ class Weighted:
     @property
     def good(self) -> bool:
         """Whether sums over the draws can be trusted."""
-        return self.ess >= ESS and (self.pareto_k is None or self.pareto_k < UNRELIABLE)
+        told = self.pareto_k is None or self.pareto_k < UNRELIABLE
+        return self.settled and self.ess >= ESS and told
 
     @property
     def mean(self) -> np.ndarray:
@@ -103,7 +115,30 @@ def _together(parts: list, log_weight: np.ndarray) -> Weighted:
     )
 
 
-def of_chain(problem: Problem, z: np.ndarray) -> Weighted:
-    """Draws (n, size) of a chain as weighted ones, all of the same weight."""
+def chained(problem: Problem, law: MixtureProposal, rule: SamplerSpec, seed: int) -> Weighted:
+    """Draws of a short chain, whose walkers begin in a law and take half of their steps from it.
+
+    - `law`: as in `weighted`. - `rule`: the spec's, but for when to stop.
+    """
+    chart = chart_of(problem)
+    settings = Settings(
+        ensembles=rule.ensembles,
+        walkers=rule.walkers or walkers(problem),
+        block=rule.block,
+        max_steps=max(CHAIN_STEPS, 2 * rule.block),
+        r_hat=rule.r_hat,
+        ess=ESS,
+        seed=seed,
+        names=chart.names,
+    )
+    density = chart.density(lambda z: np.asarray(log_posterior(problem, jnp.asarray(z))))
+    found = sample(density, law, settings)
+    return of_chain(problem, dataclasses.replace(found, z=chart.standard(found.z)))
+
+
+def of_chain(problem: Problem, draws: Draws) -> Weighted:
+    """Some draws of a chain, in z, as weighted ones, all of the same weight."""
+    chain = stack(draws.thinned(KEPT_STEPS).z)
+    z = chain.reshape(-1, chain.shape[-1])
     value, sensors = evaluated(problem, z)
-    return Weighted(z, np.ones(len(z)), value, sensors, None)
+    return Weighted(z, np.ones(len(z)), value, sensors, None, draws.converged)

@@ -10,8 +10,6 @@ from typing import Any
 import numpy as np
 
 from rigid.inference.calibrate import calibrate, propose
-from rigid.inference.curvature import sharpened
-from rigid.inference.posterior import stack
 from rigid.inference.search import Found, search_from
 from rigid.io.cli import Options
 from rigid.jobs.job import Given
@@ -20,15 +18,13 @@ from rigid.spec import Spec
 from rigid.validation.broken import broken, kept
 from rigid.validation.campaign import Base, Campaign, draw, read_base
 from rigid.validation.design import COLOUR, Design, read_arguments
-from rigid.validation.draws import Weighted, of_chain, weighted
+from rigid.validation.draws import Weighted, chained, of_chain, weighted
 from rigid.validation.ranks import ranks
 
 PRIOR_STARTS = 2
 """Starts of a fast search that know nothing of the truth, beside the one that begins there."""
 FARTHEST = 3.0
 """Prior sds from the centre within which a search begins."""
-FULL_STEPS = 20
-"""Steps of each walker that a full fit is ranked among, as many as posterior.nc holds."""
 DIGITS = 6
 
 
@@ -92,17 +88,18 @@ def _base(text: str, path: str, root: str, around: tuple, held: _Held) -> Base: 
 def _fast(
     base: Base, campaign: Campaign, design: Design, rng: np.random.Generator
 ) -> tuple[Problem, Weighted, int]:
-    """Weighted draws of the law around the optima near the truth and from a few prior starts."""
-    del base
+    """Weighted draws of the law around the optima near the truth and from a few prior starts.
+
+    Where their weights do not do, the draws of a short chain that begins in that law.
+    """
     problem = broken(campaign.problem, design.broken, campaign.z)
     near = np.clip(kept(problem, campaign.z, campaign.problem), -FARTHEST, FARTHEST)
     first = np.concatenate([near[None], rng.standard_normal((PRIOR_STARTS, len(near)))])
     found = _without_colour(search_from(problem, first), problem, design)
-    draws = weighted(found.problem, propose(found, rng)[0], rng)
+    law, _ = propose(found, rng)
+    draws = weighted(found.problem, law, rng)
     if not draws.good:
-        found = sharpened(found)
-        again = weighted(found.problem, propose(found, rng)[0], rng)
-        draws = max(draws, again, key=lambda one: (one.good, one.ess))
+        draws = chained(found.problem, law, base.spec.sampler, int(rng.integers(2**31)))
     return found.problem, draws, len(found.optima)
 
 
@@ -122,9 +119,7 @@ def _full(
     problem = broken(campaign.problem, design.broken, campaign.z)
     with tempfile.TemporaryDirectory(prefix="rigid-") as folder:
         done = calibrate(spec, campaign.records, problem, options, Path(folder))
-    chain = stack(done.draws.thinned(FULL_STEPS).z)
-    draws = of_chain(done.problem, chain.reshape(-1, chain.shape[-1]))
-    return done.problem, draws, len(done.found.optima)
+    return done.problem, of_chain(done.problem, done.draws), len(done.found.optima)
 
 
 def _rounded(values: dict[str, float]) -> dict[str, float]:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from rigid.report.content import BAD, GOOD, RESERVE, Answer, Check, Front, Provenance
-from rigid.report.validation.section import MisfitRow, QuantityRow, RankShown, ValidationContent
+from rigid.report.validation.section import RankShown, ValidationContent
 from rigid.spec import Spec
 from rigid.validation.agreement import Agreement
 from rigid.validation.coverage import LEVELS, Coverage
@@ -36,10 +36,10 @@ def content(
         front=front(found, misfits),
         provenance=provenance,
         checks=tuple(Check(c.name, c.ok, c.says) for c in found.checks),
-        rows=tuple(_row(one) for one in found.tested),
-        heads=tuple(f"{100 * level:.0f} % interval holds (95 % band)" for level in LEVELS),
+        tested=tuple(found.tested),
+        levels=tuple(LEVELS),
         notes=notes(found, beside),
-        misfits=tuple(_misfit(one) for one in first_for_each(misfits)),
+        misfits=tuple(first_for_each(misfits)),
         by=found.design.shift,
         shown=tuple(
             RankShown(
@@ -128,7 +128,8 @@ def notes(found: Verdict, beside: Agreement | None) -> tuple[str, ...]:
     if not design.full:
         lines.append(
             "The fast mode sums weighted draws of the law around the best fits near the truth and "
-            "from two prior starts: it cannot show that a search misses a mode."
+            "from two prior starts, or, where their weights do not do, a short chain that begins "
+            "in that law: it cannot show that a search misses a mode."
         )
     lines.append(
         f"Fast beside full: {beside.says}."
@@ -137,15 +138,6 @@ def notes(found: Verdict, beside: Agreement | None) -> tuple[str, ...]:
         "same folder shows the fast mode's error."
     )
     return tuple(lines)
-
-
-def _row(one: Tested) -> QuantityRow:
-    shares = tuple(_banded(c) for c in one.coverage)
-    return QuantityRow(one.name, one.p, shares, one.gained, one.ok, one.says)
-
-
-def _misfit(one: Effect) -> MisfitRow:
-    return MisfitRow(one.constant, one.parameter, _banded(one.coverage), one.error, one.expected)
 
 
 def _share(one: Coverage) -> str:

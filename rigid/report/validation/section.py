@@ -8,6 +8,8 @@ from jaxtyping import Float
 from rigid.report.content import Content
 from rigid.report.section import Kind
 from rigid.report.validation import figures
+from rigid.validation.misfit import Effect
+from rigid.validation.verdict import Tested
 
 TITLE, ORDER, TEMPLATE = "Validation", 60, "validation.html.j2"
 
@@ -33,41 +35,19 @@ class RankShown:
     difference: Float[np.ndarray, " points"]
 
 
-@dataclass(frozen=True)
-class QuantityRow:
-    """A row of the table: ranks and coverage of one quantity, as printed."""
-
-    name: str
-    p: float
-    shares: tuple[str, ...]
-    gained: float | None
-    ok: bool
-    says: str
-
-
-@dataclass(frozen=True)
-class MisfitRow:
-    """A row of the table of misfits, as printed."""
-
-    constant: str
-    parameter: str
-    share: str
-    error: float
-    expected: float
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ValidationContent(Content):
     """The section, complete.
 
-    - `rows`. - `heads`: of the shares. - `notes`: sentences. - `misfits`; `by`: their shift.
+    - `tested`: quantities. - `levels`: of the intervals. - `notes`: sentences. - `misfits`; `by`:
+      their shift.
     - `shown`: curves; `least`, `greatest` (points,): the band that holds 95 % of sound ones.
     """
 
-    rows: tuple[QuantityRow, ...]
-    heads: tuple[str, ...]
+    tested: tuple[Tested, ...]
+    levels: tuple[float, ...]
     notes: tuple[str, ...]
-    misfits: tuple[MisfitRow, ...]
+    misfits: tuple[Effect, ...]
     by: float
     shown: tuple[RankShown, ...]
     least: Float[np.ndarray, " points"]
