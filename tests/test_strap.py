@@ -28,8 +28,7 @@ def both(duration, begin, end, late) -> tuple[np.ndarray, np.ndarray]:
     names = {k: jnp.full(count, v) for k, v in NOMINAL.items()}
     rig = build_rig(effects(BASE), names)
     preload, delay = jnp.full((1, count), PRELOAD), INTERVAL * cases[3][None]
-    law = edges(*cases[:3])[:, None]
-
+    law = edges(cases[0], cases[1], cases[2])[:, None]
     at = lattice(delay, INTERVAL)
     swing = release.ring(rig, preload, at.delay, INTERVAL, SAMPLES + REACH)
     fast = let_go(swing, abrupt(rig, preload, INTERVAL), at, law, INTERVAL)
@@ -39,7 +38,7 @@ def both(duration, begin, end, late) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("shape", [(0.02, 0.02), (1.0, 1.0), (6.0, 0.05), (0.05, 6.0)])
-def test_the_mean_of_sudden_releases_is_the_gradual_one(shape):
+def test_the_mean_of_sudden_releases_is_the_gradual_one(shape: tuple[float, float]):
     """Half a sd of the noise is what the check `solver` admits; a sample early or late too."""
     durations, late = [1e-4, 4e-4, 2e-3, 3e-3], [0.1, 0.5, 1.3, -0.6]
     fast, slow = both(durations, *shape, late)
