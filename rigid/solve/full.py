@@ -73,7 +73,7 @@ def driven(
     def step(state: Array, given: tuple[Array, Array, Array]) -> tuple[Array, Array]:
         first, last, fraction = given
 
-        def now(time: ArrayLike) -> Surroundings:
+        def now(time: Array | float) -> Surroundings:
             return Surroundings(
                 force=first + (last - first) / length * time, flow_fraction=fraction, time=time
             )
@@ -88,7 +88,7 @@ def driven(
 
 def _solved(
     rig: Rig,
-    now: Callable[[ArrayLike], Surroundings],
+    now: Callable[[Array | float], Surroundings],
     start: Array,
     ends: tuple[Array, Array],
     times: Array,
@@ -102,7 +102,7 @@ def _solved(
     scales = jnp.asarray(rig.scales)
 
     def field(time: ArrayLike, scaled: Array, _: None) -> Array:
-        moved = rig.motion(scaled * scales, now(time)).rates
+        moved = rig.motion(scaled * scales, now(jnp.asarray(time))).rates
         return jnp.stack([jnp.broadcast_to(rate, ()) for rate in moved]) / scales
 
     finer = FINER * tolerance
