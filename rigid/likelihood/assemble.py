@@ -37,6 +37,12 @@ KAPPA_PRIOR = PriorDescription("lognormal", {"median": 0.2, "factor": 3.0})
 
 TANK_PRIOR = PriorDescription("lognormal", {"median": -0.2, "factor": 3.0})
 
+STRAP_PRIOR = PriorDescription("lognormal", {"median": 0.3, "factor": 4.0})
+"""Of how abruptly a strap begins and ends to let go: 0 gradually, 1 with a corner, more at once."""
+
+RELEASE_WITHIN = 1.0
+"""Samples to either side by which the onset of a gradual release is uncertain."""
+
 ANY_ANGLE = PriorDescription("uniform", {"low": -math.pi, "high": math.pi})
 
 MOTION_CONSTANTS = ("M_Pl", "S_Pl", "presliding")
@@ -143,15 +149,22 @@ def list_parameters(
     """List every number of the model with its prior; the spec's word goes before the effect's."""
     physical = list(_physical(spec, effects, tracks))
     local = [p for t in tracks for p in _local(spec, t)]
+    local += _shape_of_straps(spec, local)
     acting = Grouping(effects, {}, spec.model.only).acting
     for one in pump_angles(effects, [t for t in tracks if any(e.beat for e in acting(t))]):
         local.append(_stated(spec, one))
     noise = list(_noise(spec, tracks, series))
     listed = physical + local + noise
-    names = {p.label for p in listed} | {p.base for p in listed}
+    names = {p.label for p in listed} | {p.base for p in listed} | of_straps(tracks)
     require_known(spec.priors, names | of_candidates(spec), f"{spec.path} [priors]")
     require_known(spec.model.vary, {p.base for p in physical}, f"{spec.path} [model] vary")
     return collect(listed)
+
+
+def of_straps(tracks: Iterable[Track]) -> set[str]:
+    """What a spec may state priors for where there are releases: that their straps take time."""
+    labels = {f"release_duration[{t.label}]" for t in tracks if t.onset is not None}
+    return labels | {"release_duration"} if labels else set()
 
 
 def of_candidates(spec: Spec) -> set[str]:
@@ -281,14 +294,37 @@ def _local(spec: Spec, track: Track) -> Iterator[Parameter]:
     preload = {"mean": record.preload.value, "sd": record.preload.sd}
     law = make_law("normal", preload, f"preload[{track.label}]")
     yield _stated(spec, of_record("preload", own, r"F_0", "N", law))
-    law = _release_law(record.release_time, track)
+    lasts = _duration(spec, own)
+    law = _release_law(record.release_time, track, bool(lasts))
     yield _stated(spec, of_record("release_time", own, r"t_0", "s", law))
+    yield from lasts
 
 
-def _release_law(given, track: Track) -> AbstractLaw:
-    """Instant of release: exact where given so, else between the samples around the onset."""
-    high = float(track.onset_time)
-    low = high - track.interval
+def _duration(spec: Spec, own: tuple[str, ...]) -> list[Parameter]:
+    """How long the strap of a release takes to let go, where the spec has a prior for it."""
+    law = make_law("fixed", {"value": 0.0}, "release_duration")
+    one = of_record("release_duration", own, r"d_0", "s", law)
+    return [_stated(spec, one)] if spec.priors.keys() & {one.label, one.base} else []
+
+
+def _shape_of_straps(spec: Spec, local: Iterable[Parameter]) -> list[Parameter]:
+    """How abruptly straps begin and end to let go, where one of them takes its time."""
+    if not any(p.base == "release_duration" for p in local):
+        return []
+    law = _described(STRAP_PRIOR)
+    symbols = {"release_begin": "a_0", "release_end": "b_0"}
+    return [_stated(spec, Parameter(name, s, "1", law)) for name, s in symbols.items()]
+
+
+def _release_law(given, track: Track, lasting: bool) -> AbstractLaw:
+    """Instant of release: exact where given so, else between the samples around the onset.
+
+    - `lasting`: the strap takes its time; then a fifth of the preload has gone at that instant, and
+      the onset that was found is uncertain by a sample to either side.
+    """
+    wide = RELEASE_WITHIN if lasting else 0.0
+    high = float(track.onset_time) + wide * track.interval
+    low = float(track.onset_time) - (1.0 + wide) * track.interval
     if given is None:
         return make_law("uniform", {"low": low, "high": high}, "release_time")
     if given.sd == 0.0:

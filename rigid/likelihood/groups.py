@@ -17,6 +17,7 @@ from rigid.likelihood.tracks import Track
 from rigid.physics.rig import Rig, build_rig
 from rigid.solve import full, inverse, release, slow, staggered
 from rigid.solve.drive import Drive, Drives, side_by_side
+from rigid.solve.strap import REACH, abrupt, edges, lattice, let_go
 
 PUMP_ANGLE = "pump_angle"
 """Angle [rad] at which the pump stood when a record began; a number of each record's own."""
@@ -47,7 +48,7 @@ class AbstractGroup(eqx.Module):
         """What is known of the records before a fit."""
 
     @abstractmethod
-    def inputs(self, values: Mapping[str, Array]) -> tuple[Rig | inverse.Body | Array, ...]:
+    def inputs(self, values: Mapping[str, Array]) -> tuple[Rig | inverse.Body | Array | None, ...]:
         """Return what a simulation takes of the parameters: rig, then (..., walkers) each."""
 
     def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
@@ -172,8 +173,10 @@ class ReleaseGrid(AbstractGrid):
 
     def simulate(self, inputs: tuple) -> dict[str, Array]:
         """Return the acceleration, 0 before the release; `inputs` as of `ReleaseGroup.inputs`."""
-        rig, preload, instant = inputs
+        rig, preload, instant, law = inputs
         delay = self.onset_times[:, None] - instant
+        if law is not None:
+            return {"acceleration": self._gradual(rig, preload, delay, law)}
         longest = max(size - o for size, o in zip(self.sizes, self.onsets, strict=True))
         ring = release.ring if rig.steady else staggered.ring
         if self.tolerance is not None:
@@ -185,6 +188,20 @@ class ReleaseGrid(AbstractGrid):
             length = min(longest, samples - onset)
             out = out.at[onset : onset + length, i].set(swing[:length, i])
         return {"acceleration": out}
+
+    def _gradual(self, rig: Rig, preload: Array, delay: Array, law: Array) -> Array:
+        """Acceleration where straps take their time; records begin REACH samples before the onset.
+
+        - `law`: as `rigid.solve.strap.edges` gives it.
+        """
+        samples = max(self.sizes)
+        if self.tolerance is not None:
+            sampled = delay - REACH * self.interval, self.interval
+            return full.let_go(rig, preload, law, sampled, samples, self.tolerance)
+        at = lattice(delay, self.interval)
+        ring = release.ring if rig.steady else staggered.ring
+        swing = ring(rig, preload, at.delay, self.interval, samples)
+        return let_go(swing, abrupt(rig, preload, self.interval), at, law, self.interval)
 
 
 class ReleaseGroup(AbstractGroup):
@@ -207,11 +224,21 @@ class ReleaseGroup(AbstractGroup):
             self.tolerance,
         )
 
-    def inputs(self, values: Mapping[str, Array]) -> tuple[Rig, Array, Array]:
-        """Return rig, preloads and instants of release."""
+    def inputs(self, values: Mapping[str, Array]) -> tuple[Rig, Array, Array, Array | None]:
+        """Return rig, preloads, instants of release, and how straps let go; None: at once."""
         rig = build_rig(self.effects, Scoped(values, self.tracks[0].scope))
         preload = jnp.stack([values[f"preload[{t.label}]"] for t in self.tracks])
-        return rig, preload, jnp.stack([values[f"release_time[{t.label}]"] for t in self.tracks])
+        instant = jnp.stack([values[f"release_time[{t.label}]"] for t in self.tracks])
+        return rig, preload, instant, self._law(values, preload)
+
+    def _law(self, values: Mapping[str, Array], like: Array) -> Array | None:
+        """Instants after the release time by which shares of the preload have gone [s]."""
+        labels = [f"release_duration[{t.label}]" for t in self.tracks]
+        if not any(label in values for label in labels):
+            return None
+        begin, end = (values[name] + 0.0 * like[0] for name in ("release_begin", "release_end"))
+        durations = (values.get(label, 0.0) + 0.0 * like[0] for label in labels)
+        return jnp.stack([edges(duration, begin, end) for duration in durations], axis=1)
 
 
 class MotionGrid(AbstractGrid):

@@ -17,6 +17,7 @@ from rigid.likelihood.motion import lay
 from rigid.records.record import Record
 from rigid.solve.drive import Drive, require_apart, roomy
 from rigid.solve.inverse import Along
+from rigid.solve.strap import REACH
 
 JUMP_FRACTION = 0.2
 """A release is where the acceleration first exceeds this fraction of its greatest magnitude ..."""
@@ -34,9 +35,9 @@ QUIET_SAMPLES = 8
 MOST_SWITCHES = 8
 """Switches of a record's valve, at most; each costs step matrices of its own."""
 
-QUIET_LEAD = 16
-"""Samples kept before a release: enough to show the quiet, and the same in every record, so that
-releases share one program."""
+QUIET_LEAD = REACH
+"""Samples kept before a release: those in which a strap may be letting go, enough to show the
+quiet, and the same in every record, so that releases share one program."""
 
 ROUND_TO = 64
 """Releases are padded to a multiple of this many samples, for the same reason."""

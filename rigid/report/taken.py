@@ -27,7 +27,12 @@ def taken(
         if p.base != "presliding" or bristles
         for value in (float(p.law.from_standard(0.0)),)
     ]
-    kinds = {track.of.name: track.of.exact for track in problem.tracks}
+    lasting = any(p.base == "release_duration" for p in problem.parameters.sampled)
+    kinds = {
+        track.of.name: track.of.exact
+        for track in problem.tracks
+        if track.of.solver != "release" or not lasting
+    }
     told: Mapping[str, str] = {one.name: one.exact for one in effects} | kinds
     exact += [_exact(name, says) for name, says in told.items() if says]
     return {"held_exact": exact, "set_aside": [one.values() for one in aside]}

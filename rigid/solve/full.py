@@ -5,6 +5,8 @@ moves of the valve is solved by itself, so that no step passes over one. Where a
 to its end, its readings are nan.
 """
 
+from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple, TypeVar
 
 import diffrax
@@ -21,6 +23,7 @@ from rigid.physics.sensors import Readings, readings
 from rigid.solve.delay import READ
 from rigid.solve.drive import EDGE, STRIDE, Drives
 from rigid.solve.rest import rest_under
+from rigid.solve.strap import GONE
 
 Tree = TypeVar("Tree")
 
@@ -50,7 +53,8 @@ def integrate(
 
     What did not come to its end is nan.
     """
-    path = _solved(rig, outside, start, (times[0], times[-1]), times, tolerance, np.inf)
+    now, ends = partial(_now, outside), (times[0], times[-1])
+    path = _solved(rig, now, start, ends, times, tolerance, np.inf)
     return jnp.where(path.ended, path.states, jnp.nan)
 
 
@@ -68,9 +72,13 @@ def driven(
 
     def step(state: Array, given: tuple[Array, Array, Array]) -> tuple[Array, Array]:
         first, last, fraction = given
-        outside = Surroundings(force=first, flow_fraction=fraction)
-        slope = (last - first) / length
-        path = _solved(rig, outside, state, ends, times, tolerance, np.inf, slope)
+
+        def now(time: Array | float) -> Surroundings:
+            return Surroundings(
+                force=first + (last - first) / length * time, flow_fraction=fraction, time=time
+            )
+
+        path = _solved(rig, now, state, ends, times, tolerance, np.inf)
         after = jnp.where(path.ended, path.states[-1], jnp.nan)
         return after, after
 
@@ -80,23 +88,21 @@ def driven(
 
 def _solved(
     rig: Rig,
-    outside: Surroundings,
+    now: Callable[[Array | float], Surroundings],
     start: Array,
     ends: tuple[Array, Array],
     times: Array,
     tolerance: float,
     longest: float,
-    slope: ArrayLike = 0.0,
 ) -> _Path:
     """Solve from the first of `ends` to the last, with no step over `longest` [s].
 
-    - `times` (times,): from end to end, in order. - `slope` [N/s]: of the force on the plate.
+    - `now`: surroundings at a time. - `times` (times,): from end to end, in order.
     """
     scales = jnp.asarray(rig.scales)
 
     def field(time: ArrayLike, scaled: Array, _: None) -> Array:
-        now = outside._replace(time=outside.time + time, force=outside.force + slope * time)
-        moved = rig.motion(scaled * scales, now).rates
+        moved = rig.motion(scaled * scales, now(jnp.asarray(time))).rates
         return jnp.stack([jnp.broadcast_to(rate, ()) for rate in moved]) / scales
 
     finer = FINER * tolerance
@@ -118,6 +124,27 @@ def _solved(
     return _Path(path * scales, solution.result == diffrax.RESULTS.successful)
 
 
+class Strap(NamedTuple):
+    """What holds the plate back until it has let go.
+
+    - `preload` [N]. - `edges` (edges, ...) [s]: instants by which the shares GONE of it have gone.
+    """
+
+    preload: Array
+    edges: Array
+
+    def force(self, time: ArrayLike) -> Array:
+        """Force on the plate at an instant [N], of one walker."""
+        gone = jnp.interp(time, self.edges, jnp.asarray(GONE))
+        return -self.preload * (1.0 - jnp.where(time >= self.edges[-1], 1.0, gone))
+
+
+def _now(outside: Surroundings, time: ArrayLike, strap: "Strap | None" = None) -> Surroundings:
+    """Surroundings at a time, counted as theirs is."""
+    now = outside._replace(time=outside.time + time)
+    return now if strap is None else now._replace(force=now.force + strap.force(time))
+
+
 @eqx.filter_jit
 def _stretch(
     rigs: Rig,
@@ -127,27 +154,32 @@ def _stretch(
     asked: Array,
     tolerance: float,
     longest: float,
+    strap: "Strap | None" = None,
 ) -> tuple[Array, Readings]:
     """State where a stretch ends (n, walkers), and readings (times, walkers) at `asked`.
 
-    - `rigs`, `outside`, `start` (n, walkers), `asked` (times, walkers) [s]: by walker.
+    - `rigs`, `outside`, `start` (n, walkers), `asked` (times, walkers) [s], `strap`: by walker.
 
     Of times outside the stretch the readings are those at its nearer end.
     """
 
-    def one(rig: Rig, outside: Surroundings, start: Array, asked: Array) -> tuple:
+    def one(
+        rig: Rig, outside: Surroundings, start: Array, asked: Array, strap: Strap | None
+    ) -> tuple:
         times = jnp.append(jnp.clip(asked, *ends), ends[1])
-        path = _solved(rig, outside, start, ends, times, tolerance, longest)
+        path = _solved(
+            rig, partial(_now, outside, strap=strap), start, ends, times, tolerance, longest
+        )
         states = jnp.where(path.ended, path.states, jnp.nan)
 
         def read(y: Array, time: Array) -> Readings:
-            read = readings(rig, y, outside._replace(time=outside.time + time))
+            read = readings(rig, y, _now(outside, time, strap))
             return Readings(*(jnp.broadcast_to(r, ()) for r in read))
 
         return states[-1], jax.vmap(read)(states[:-1], times[:-1])
 
     # One after another: side by side all would take the steps of each, and copy all that is kept.
-    arrays, rest = eqx.partition((rigs, outside, start, asked), eqx.is_array)
+    arrays, rest = eqx.partition((rigs, outside, start, asked, strap), eqx.is_array)
     first = jax.tree.map(lambda leaf: jnp.moveaxis(leaf, -1, 0), arrays)
     found = jax.lax.map(lambda each: one(*eqx.combine(each, rest)), first)
     return jax.tree.map(lambda leaf: jnp.moveaxis(leaf, 0, -1), found)
@@ -259,15 +291,35 @@ def ring(
     samples: int,
     tolerance: float = TOLERANCE,
 ) -> Array:
-    """Acceleration of the plate after a release; arguments and result as `release.ring`."""
-    walkers = preload.shape[1]
+    """Acceleration of the plate after a sudden release; arguments and result as `release.ring`."""
+    law = jnp.zeros((len(GONE), *preload.shape))
+    return let_go(rig, preload, law, (delay, interval), samples, tolerance)
+
+
+def let_go(
+    rig: Rig,
+    preload: Array,
+    law: Array,
+    sampled: tuple[Array, float],
+    samples: int,
+    tolerance: float = TOLERANCE,
+) -> Array:
+    """Acceleration of the plate when the strap's force falls by a law, (samples, tracks, walkers).
+
+    - `law` (edges, tracks, walkers) [s]: as `rigid.solve.strap.edges` gives it.
+    - `sampled`: time of the first sample after the release time (tracks, walkers), interval [s].
+    """
+    walkers, (first, interval) = preload.shape[1], sampled
     rigs, outside = _by_walker(rig, walkers), FREE._replace(time=0.0)
     outside = Surroundings(*(jnp.broadcast_to(jnp.asarray(p, float), (walkers,)) for p in outside))
     columns = []
-    for load, late in zip(preload, delay, strict=True):
-        asked = late + interval * jnp.arange(samples)[:, None]
+    for track, load in enumerate(preload):
+        begins, asked = law[0, track], first[track] + interval * jnp.arange(samples)[:, None]
+        strap = Strap(load, law[:, track] - begins)
         start = _by_walker(rest_under(rig, load), walkers)
-        ends = (jnp.zeros(()), jnp.max(asked))
-        longest = STRIDE * interval
-        columns.append(_stretch(rigs, outside, start, ends, asked, tolerance, longest)[1])
-    return jnp.stack([column.acceleration for column in columns], axis=1)
+        ends = (jnp.zeros(()), jnp.maximum(jnp.max(asked - begins), interval))
+        swung = _stretch(
+            rigs, outside, start, ends, asked - begins, tolerance, STRIDE * interval, strap
+        )
+        columns.append(jnp.where(asked > begins, swung[1].acceleration, 0.0))
+    return jnp.stack(columns, axis=1)
