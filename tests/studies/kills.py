@@ -65,7 +65,7 @@ class Case(NamedTuple):
 
 
 class Ended(NamedTuple):
-    """How a run ended: exit status, seconds of work, its last words; `held`: files it had kept."""
+    """How a run ended: exit status, seconds of work, its last line; `held`: files it had kept."""
 
     status: int
     worked_s: float
@@ -144,7 +144,8 @@ def ended(line: list[str], out: Path, after_s: float | None = None, how: str = "
                 process.send_signal(signal.Signals[how])
         status = process.wait(LONGEST)
         words.seek(0)
-        says = re.sub(PLACE, "OUT", words.read().decode(errors="replace"))[-300:]
+        last = words.read().decode(errors="replace").strip().rpartition("\n")[2]
+        says = re.sub(PLACE, "OUT", last)[-300:]
     held = len(list(out.rglob("*.kept"))) + sum(
         len(path.read_bytes().splitlines()) for path in out.rglob("*.jsonl")
     )
