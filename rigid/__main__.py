@@ -5,7 +5,9 @@ from importlib import import_module
 
 from rigid import __version__
 
-COMMANDS = ("check", "fit", "bands", "discover", "laws", "compare", "batch", "paper", "validate")
+COMMANDS = (
+    *("new", "check", "fit", "bands", "discover", "laws", "compare", "batch", "paper", "validate"),
+)
 
 
 def main() -> int:

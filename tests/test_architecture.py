@@ -25,11 +25,11 @@ LAYERS = (
     ("validation",),
     ("report",),
     ("study",),
-    ("bands", "batch", "check", "compare", "discover", "fit", "laws", "paper", "validate"),
+    ("bands", "batch", "check", "compare", "discover", "fit", "laws", "new", "paper", "validate"),
     ("__main__",),
 )
 LAYER = {room: number for number, rooms in enumerate(LAYERS) for room in rooms}
-FLOORS, ROOMS = 13, 34
+FLOORS, ROOMS = 13, 35
 
 # The same inside a room that has rooms of its own.
 WITHIN = {

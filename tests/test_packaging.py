@@ -80,7 +80,7 @@ def test_the_script_names_the_commands():
     assert script("--version").stdout == f"rigid {rigid.__version__}\n"
     wrong = script("fti")
     assert (wrong.returncode, wrong.stdout) == (2, "")
-    assert wrong.stderr.startswith("rigid: unknown command 'fti'; it is one of check, fit")
+    assert wrong.stderr.startswith("rigid: unknown command 'fti'; it is one of new, check, fit")
     assert script("fit", "--help").stdout.startswith("usage: rigid fit [-h]")
 
 

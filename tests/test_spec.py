@@ -469,7 +469,8 @@ REFUSED = {
         "[[records]] 'f': release_time belongs to a release; this is a frame"
     ),
     FRAME + "valve = []": (
-        "[[records]] 'f': valve: the list is empty; leave `valve` out where it stays as it is"
+        "[[records]] 'f': valve: the list is empty; write when it moves, as in [{ until = 2.5, "
+        "position = 'open' }, { position = 'shut' }], or leave `valve` out where it stays as it is"
     ),
     FRAME + 'valve = [{ until = 3, position = "open" }, { until = 2, position = "shut" }, '
     '{ position = "open" }]': (
@@ -500,7 +501,9 @@ REFUSED = {
     ),
     SHEET.replace(", zero_sd = 0", ""): "[sensors] force.zero_sd: is missing",
     SHEET + MOTION.replace("position =", "stroke ="): (
-        "[[records]] 'm': channels: a motion needs an entry 'position'"
+        "[[records]] 'm': channels: a motion needs an entry 'position'\n"
+        "[[records]] 'm': channels: a motion has no 'stroke'; it takes time, position, force, "
+        "pressure"
     ),
     SHEET + MOTION.replace("time =", 'load = { column = 1, unit = "N" }, time ='): (
         "[[records]] 'm': channels: a motion has no 'load'; it takes time, position, force, "
@@ -529,12 +532,21 @@ REFUSED = {
 
 @pytest.mark.parametrize("text", REFUSED)
 def test_a_mistake_is_one_sentence(refusal, text):
-    assert refusal(text) == [REFUSED[text]]
+    assert refusal(text) == REFUSED[text].split("\n")
 
 
 def test_all_mistakes_are_told_at_once(refusal):
     lines = refusal("titel = 1\n[rig]\nM_hc = 1\n" + FRAME.replace('"frame"', '"frames"'))
     assert len(lines) == 3
+
+
+def test_all_mistakes_of_a_record_and_of_a_campaign_are_told_at_once(refusal):
+    assert refusal(RELEASE + 'rows = [9, 3]\nvalve = [{ position = "open" }]\n') == [
+        "[[records]] 'r': a release needs its preload, as in { value = 6000.0, sd = 60.0 } (N)",
+        "[[records]] 'r': valve: it is shut in a release; leave `valve` out",
+        "[[records]] 'r': rows: the first line must be 1 or more, and not after the last",
+    ]
+    assert len(refusal("[model]\neffects = []\n" + FRAME + FRAME)) == 2
 
 
 def test_the_same_record_on_two_cylinders_is_one_run(write):

@@ -71,7 +71,7 @@ class Takes:
     - `what`: the sort of its argument, as `--help` names it. - `workers`: whether it has jobs for
       other processes or machines.
     - `count`: "one" spec, "many" runs, or "none". - `switches`: help by name of its own switches.
-    - `adds`: declares options of its own that take a value.
+    - `adds`: declares options of its own that take a value. - `out`: help of `--out`.
     """
 
     what: str = "a spec: its path, or NAME of fits/NAME.toml or a shipped one"
@@ -79,6 +79,7 @@ class Takes:
     count: Literal["one", "many", "none"] = "one"
     switches: Mapping[str, str] = field(default_factory=dict)
     adds: Callable[[argparse.ArgumentParser], None] = lambda _: None
+    out: str = "folder of the results (reports/<name>/)"
 
 
 SPEC = Takes()
@@ -95,7 +96,7 @@ def parse(
         parser.add_argument("spec", help=takes.what)
     elif takes.count == "many":
         parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help=takes.what)
-    parser.add_argument("--out", type=Path, help="folder of the results (reports/<name>/)")
+    parser.add_argument("--out", type=Path, help=takes.out)
     parser.add_argument("--seed", type=_seed, help="seed, in place of the spec's")
     parser.add_argument("--resume", action="store_true", help="go on with an interrupted run")
     parser.add_argument("--quiet", action="store_true", help="no progress on standard error")

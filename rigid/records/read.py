@@ -12,6 +12,7 @@ from rigid.kinds import KINDS
 from rigid.records import checks
 from rigid.records.converter import without_ends
 from rigid.records.defects import Defect, at_lines, causes, settle
+from rigid.records.doubts import balanced, misnamed
 from rigid.records.files import Source, load
 from rigid.records.plausible import SHORTEST_STEP, beyond
 from rigid.records.record import Channel, Record, grid, longest_step, usual_corner
@@ -49,8 +50,9 @@ def read_records(spec: Spec, kinds: Collection[str] | None = None) -> tuple[Reco
     - kinds: return the records of these kinds instead, such as ("field",), fitted or not
 
     A file that several records name is read once. Samples that a sensor took at the end of its
-    range are invalid. Field records are read along with those that are fitted, and their problems
-    are told: they would stop `rigid.bands` when the calibration has been made.
+    range are invalid; a frame whose load is far from S_Pl p has a note. Field records are read
+    along with those that are fitted, and their problems are told: they would stop `rigid.bands`
+    when the calibration has been made.
 
     Raises InputError with the problems of all files, one a line.
     """
@@ -68,7 +70,8 @@ def read_records(spec: Spec, kinds: Collection[str] | None = None) -> tuple[Reco
                 found.append(read)
     if problems:
         raise InputError("\n".join(dict.fromkeys(problems)))
-    return without_ends(found, spec.sensors)
+    area = spec.rig.S_Pl.value
+    return tuple(balanced(r, area, spec.sensors) for r in without_ends(found, spec.sensors))
 
 
 def read_record(
@@ -94,6 +97,7 @@ def read_record(
         notes += (UNEVEN.format(interval),)
     stated = {q: source.table.units.get(name, "") for q, name in raw.names.items()}
     run = _as_checked(spec, raw, stated, corner)
+    notes += tuple(misnamed(raw.names, run.units))
     defects = causes(checks.sampling(run) + checks.channels(run, sensors), spec.accept)
     notes += settle(where, defects, spec.accept)
     return Record(

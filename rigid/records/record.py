@@ -43,7 +43,7 @@ class Record:
     - uniform: every sample lies within 1 % of an interval of time[0] + k interval, for whole k;
       gaps are allowed
     - sha256: of the file, hexadecimal
-    - notes: what was dropped on reading and which defects were accepted
+    - notes: what was dropped on reading, which defects were accepted, which units are doubted
     - corner: of a motion, the frequency in Hz up to which its force is explained
     """
 

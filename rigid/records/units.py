@@ -114,6 +114,21 @@ def in_name(name: str) -> str:
     return known(match[1]) if match else ""
 
 
+def hinted(name: str, quantity: str) -> str:
+    """Return the unit of `quantity` among the words of a column's name, as in `p_MPa`.
+
+    Empty where there is none, or more than one; the first word is the name.
+    """
+    words = {known(word) for word in re.split(r"[\s_.\-]+", name.strip())[1:]} - {""}
+    fit = [unit for unit in words if UNITS[unit][0] == DIMENSIONS[quantity]]
+    return fit[0] if len(fit) == 1 else ""
+
+
+def dimensioned(of: str) -> str:
+    """Return the quantity of the rig that has a dimension: `load` of a force."""
+    return next(quantity for quantity, dimension in DIMENSIONS.items() if dimension == of)
+
+
 def contradiction(stated: str, unit: str) -> str:
     """Return what to say where file and spec name different units; empty where they do not.
 

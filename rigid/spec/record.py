@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -112,76 +112,79 @@ class RecordSpec(Value):
     def consistent(self) -> "RecordSpec":
         """Refuse what cannot be one run of this kind, each mistake in a sentence."""
         kind = KINDS[self.kind]
-        _require_channels(self, kind)
-        _require_own(self, kind)
-        _require_valve(self.valve, kind)
+        says = [*_channel_faults(self, kind), *_own_faults(self, kind)]
+        says += _valve_faults(self.valve, kind)
         if self.rows is not None and not 1 <= self.rows[0] <= self.rows[1]:
-            raise ValueError("rows: the first line must be 1 or more, and not after the last")
-        if says := kind.fault(self):
-            raise ValueError(says)
+            says.append("rows: the first line must be 1 or more, and not after the last")
+        if says or (says := [one for one in (kind.fault(self),) if one]):
+            raise ValueError("\n".join(says))
         return self
 
 
-def _require_channels(record: RecordSpec, kind: type[RecordKind]) -> None:
-    """Refuse a record without a time or without anything to explain, and what its kind lacks."""
+def _channel_faults(record: RecordSpec, kind: type[RecordKind]) -> Iterator[str]:
+    """Say that time is missing, or anything to explain, or what its kind needs or cannot have."""
     if "time" not in record.channels:
-        raise ValueError("channels needs an entry 'time'")
+        yield "channels needs an entry 'time'"
     for needed in kind.needs:
         if needed not in record.channels:
-            raise ValueError(f"channels: a {kind.name} needs an entry '{needed}'")
+            yield f"channels: a {kind.name} needs an entry '{needed}'"
     if kind.one_of and not set(kind.one_of) & set(record.channels):
         *most, last = (f"'{quantity}'" for quantity in kind.one_of)
         any_of = f"{', '.join(most)} and {last}" if most else last
-        raise ValueError(f"channels: a {kind.name} needs at least one of {any_of}")
-    if len(record.channels) < 2:
-        raise ValueError("channels names no quantity beside time")
+        yield f"channels: a {kind.name} needs at least one of {any_of}"
+    elif not kind.needs and set(record.channels) <= {"time"}:
+        yield "channels names no quantity beside time"
     for quantity in record.channels:
         if quantity in kind.takes:
             continue
         if kind.takes != RecordKind.takes:
             takes = ", ".join(kind.takes)
-            raise ValueError(f"channels: a {kind.name} has no '{quantity}'; it takes {takes}")
+            yield f"channels: a {kind.name} has no '{quantity}'; it takes {takes}"
+            continue
         owner = next(k.name for k in KINDS.values() if quantity in k.takes)
-        raise ValueError(f"channels: '{quantity}' belongs to a {owner}; this is a {kind.name}")
+        yield f"channels: '{quantity}' belongs to a {owner}; this is a {kind.name}"
 
 
-def _require_own(record: RecordSpec, kind: type[RecordKind]) -> None:
-    """Refuse a record without what its kind must state, and what belongs to other kinds."""
+def _own_faults(record: RecordSpec, kind: type[RecordKind]) -> Iterator[str]:
+    """Say what of its kind a record does not state, and what it states of other kinds."""
     for key, example in kind.own.items():
         if example and getattr(record, key) is None:
-            raise ValueError(f"a {kind.name} needs its {key}, as in {example}")
+            yield f"a {kind.name} needs its {key}, as in {example}"
     for other in KINDS.values():
         for key in other.own:
             if key not in kind.own and getattr(record, key) is not None:
-                raise ValueError(f"{key} belongs to a {other.name}; this is a {kind.name}")
+                yield f"{key} belongs to a {other.name}; this is a {kind.name}"
 
 
-def _require_valve(valve: tuple[Stretch, ...], kind: type[RecordKind]) -> None:
-    """Refuse a valve where there is none, that moves where it is held, or without a programme."""
+def _valve_faults(valve: tuple[Stretch, ...], kind: type[RecordKind]) -> Iterator[str]:
+    """Say that there is no valve, that it is held, or that it has no programme."""
     if kind.valve is None:
         if valve:
-            raise ValueError(f"valve: a {kind.name} has none; leave `valve` out")
+            yield f"valve: a {kind.name} has none; leave `valve` out"
         return
     if kind.held and any(s.position != kind.valve for s in valve):
-        raise ValueError(f"valve: it is {kind.valve} in a {kind.name}; leave `valve` out")
-    _require_programme(valve)
+        yield f"valve: it is {kind.valve} in a {kind.name}; leave `valve` out"
+    if says := _programme_fault(valve):
+        yield f"valve: {says}"
 
 
-def _require_programme(valve: tuple[Stretch, ...]) -> None:
-    """Refuse a valve that goes back in time, or whose programme has no end or no entry."""
+def _programme_fault(valve: tuple[Stretch, ...]) -> str:
+    """Say that a programme is empty, goes back in time or has no end; empty where nothing is."""
     if not valve:
-        raise ValueError("valve: the list is empty; leave `valve` out where it stays as it is")
+        return (
+            "the list is empty; write when it moves, as in [{ until = 2.5, position = 'open' }, "
+            "{ position = 'shut' }], or leave `valve` out where it stays as it is"
+        )
     times = [s.until for s in valve]
     if math.inf in times[:-1]:
         entry = times.index(math.inf) + 1
-        raise ValueError(f"valve: entry {entry} lacks `until`; only the last lasts to the end")
+        return f"entry {entry} lacks `until`; only the last lasts to the end"
     if times[-1] < math.inf:
-        raise ValueError(
-            f"valve: the last entry ends at {times[-1]:g} s; leave its `until` out, "
+        return (
+            f"the last entry ends at {times[-1]:g} s; leave its `until` out, "
             "it lasts to the end of the record"
         )
     for before, after in itertools.pairwise(times):
         if after <= before:
-            raise ValueError(
-                f"valve: each `until` must lie after the one before; {after:g} follows {before:g}"
-            )
+            return f"each `until` must lie after the one before; {after:g} follows {before:g}"
+    return ""

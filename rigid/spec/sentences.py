@@ -54,7 +54,7 @@ def unknown(what: str, name: Any, known: Iterable[str]) -> str:
 
 
 def sentence(path: Path, given: Mapping, body: type[BaseModel], error: Mapping[str, Any]) -> str:
-    """Say where a mistake is, what was found and what is allowed.
+    """Say where a mistake is, what was found and what is allowed; a line for each of several.
 
     - `given`: the file as TOML has it. - `body`: the model it was read into.
     - `error`: one entry of a ValidationError's `errors()`.
@@ -67,7 +67,8 @@ def sentence(path: Path, given: Mapping, body: type[BaseModel], error: Mapping[s
     elif kind == "literal_error":
         says = _not_listed(body, place, found)
     elif kind == "missing":
-        says = "is missing"
+        listed = _field_words(body, place)
+        says = f"is missing; it is one of {', '.join(listed)}" if listed else "is missing"
     elif kind == "value_error":
         message = str(error["ctx"]["error"])
         says = message[:1].lower() + message[1:]
@@ -77,7 +78,8 @@ def sentence(path: Path, given: Mapping, body: type[BaseModel], error: Mapping[s
         says = f"{words}; found {quoted(found)}"
         if place == ["records"]:
             says = "every record is a table of its own, headed [[records]]"
-    return f"{path} {_where(given, place)}: {says}"
+    where = f"{path} {_where(given, place)}"
+    return "\n".join(f"{where}: {one}" for one in says.split("\n"))
 
 
 def _not_listed(body: type[BaseModel], place: list, found: Any) -> str:
@@ -91,6 +93,13 @@ def _not_listed(body: type[BaseModel], place: list, found: Any) -> str:
         return f"must be one of {', '.join(allowed)}; found {quoted(found)}"
     last = next((part for part in reversed(place) if isinstance(part, str)), "")
     return unknown(NOUNS.get(last, "value"), found, allowed)
+
+
+def _field_words(body: type[BaseModel], place: list) -> list[str]:
+    """Return the words that a key of a table may have, as its JSON Schema lists them."""
+    table = _plain(annotation_at(body, place[:-1]))
+    found = table.model_fields[place[-1]].json_schema_extra if keys(table) else None
+    return list(found.get("enum", ())) if isinstance(found, dict) else []
 
 
 def _where(given: Mapping, place: list) -> str:

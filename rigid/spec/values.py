@@ -1,7 +1,7 @@
 """What a spec says, as frozen values. SI, once the record readers have converted units."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -252,47 +252,49 @@ class SpecBody(Value):
     published: PublishedSpec | None = Field(default=None, exclude=True)
 
     @model_validator(mode="after")
-    def told_apart(self) -> "SpecBody":
-        """Refuse a record that stands twice, and one name for runs of two kinds."""
-        seen: set[tuple[str, str]] = set()
-        kinds: dict[str, str] = {}
-        for r in self.records:
-            if (r.name, r.cylinder) in seen:
-                raise ValueError(
-                    f"records: {quoted(r.name)} on cylinder {r.cylinder} stands twice; "
-                    "give one of them another name"
-                )
-            seen.add((r.name, r.cylinder))
-            if kinds.setdefault(r.name, r.kind) != r.kind:
-                raise ValueError(
-                    f"records: {quoted(r.name)} is a {kinds[r.name]} on one cylinder and a "
-                    f"{r.kind} on another; one name is one run, give one of them another name"
-                )
+    def consistent(self) -> "SpecBody":
+        """Refuse what cannot be one campaign, each mistake in a sentence."""
+        if says := [*_alike(self.records), *_unheld(self), *_unmeasured(self)]:
+            raise ValueError("\n".join(dict.fromkeys(says)))
         return self
 
-    @model_validator(mode="after")
-    def held_by_something(self) -> "SpecBody":
-        """Refuse a rig on which nothing acts; a body that moves freely is measured all the same."""
-        if not self.model.effects:
-            for r in self.records:
-                if KINDS[r.kind].of_the_rig():
-                    raise ValueError(
-                        f"model: effects is empty, but {r.name} is a {r.kind} of the rig, on "
-                        f"which {', '.join(ModelSpec().effects)} act; name the effects, or leave "
-                        "the key out"
-                    )
-        return self
 
-    @model_validator(mode="after")
-    def force_known(self) -> "SpecBody":
-        """Refuse records of a force without the sheet of its sensor."""
-        for r in self.records:
-            if self.sensors.force is None and "force" in r.channels:
-                raise ValueError(
-                    f"sensors: a {r.kind} needs the sheet of its force sensor, as in "
-                    "force = { noise = 2.0, gain_sd = 0.01, zero_sd = 1.0 } (N)"
-                )
-        return self
+def _alike(records: Iterable[RecordSpec]) -> Iterator[str]:
+    """Say which records stand twice, and which name runs of two kinds share."""
+    seen: set[tuple[str, str]] = set()
+    kinds: dict[str, str] = {}
+    for r in records:
+        if (r.name, r.cylinder) in seen:
+            yield (
+                f"records: {quoted(r.name)} on cylinder {r.cylinder} stands twice; "
+                "give one of them another name"
+            )
+        seen.add((r.name, r.cylinder))
+        if kinds.setdefault(r.name, r.kind) != r.kind:
+            yield (
+                f"records: {quoted(r.name)} is a {kinds[r.name]} on one cylinder and a "
+                f"{r.kind} on another; one name is one run, give one of them another name"
+            )
+
+
+def _unheld(spec: SpecBody) -> Iterator[str]:
+    """Say that nothing acts on a rig; a body that moves freely is measured all the same."""
+    rigs = [r for r in spec.records if KINDS[r.kind].of_the_rig()]
+    if rigs and not spec.model.effects:
+        yield (
+            f"model: effects is empty, but {rigs[0].name} is a {rigs[0].kind} of the rig, on "
+            f"which {', '.join(ModelSpec().effects)} act; name the effects, or leave the key out"
+        )
+
+
+def _unmeasured(spec: SpecBody) -> Iterator[str]:
+    """Say that a force has no sheet of its sensor."""
+    for r in spec.records:
+        if spec.sensors.force is None and "force" in r.channels:
+            yield (
+                f"sensors: a {r.kind} needs the sheet of its force sensor, as in "
+                "force = { noise = 2.0, gain_sd = 0.01, zero_sd = 1.0 } (N)"
+            )
 
 
 class Spec(SpecBody):

@@ -34,11 +34,11 @@ def _lines(tables: Mapping[str, Any]) -> Iterator[str]:
     """Yield bare keys first, then tables, then lists of tables."""
     for key, value in tables.items():
         if not _is_table(value) and not _are_tables(value):
-            yield f"{key} = {_written(value)}"
+            yield f"{key} = {toml_value(value)}"
     for key, value in tables.items():
         for header, table in _headed(key, value):
             yield f"\n{header}"
-            yield from (f"{_key(k)} = {_written(v)}" for k, v in table.items())
+            yield from (f"{_key(k)} = {toml_value(v)}" for k, v in table.items())
 
 
 def _headed(key: str, value: Any) -> list[tuple[str, Mapping[str, Any]]]:
@@ -66,14 +66,17 @@ def _plain(value: Any) -> Any:
     return value.as_posix() if isinstance(value, Path) else value
 
 
-def _written(value: Any) -> str:
+def toml_value(value: Any) -> str:
+    """Return a text, number, list or table as TOML writes it in one line."""
     if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{_key(k)} = {_written(v)}" for k, v in value.items()) + " }"
+        return "{ " + ", ".join(f"{_key(k)} = {toml_value(v)}" for k, v in value.items()) + " }"
     if isinstance(value, list):
-        return "[" + ", ".join(map(_written, value)) + "]"
+        return "[" + ", ".join(map(toml_value, value)) + "]"
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
-    return repr(value) if isinstance(value, float) else json.dumps(value, ensure_ascii=False)
+    if isinstance(value, float):
+        return repr(value)
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def _key(name: str) -> str:

@@ -1,0 +1,129 @@
+"""`rigid new`: what it guesses of logger files, and that what it writes is a spec."""
+
+import shutil
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from rigid.kinds import KINDS
+from rigid.new import main
+from rigid.records import read_records
+from rigid.spec import load_spec
+
+MEASURED = Path(__file__).resolve().parents[1] / "docs" / "tutorial" / "measured"
+ROWS = "".join(f"{k / 100},{k},{k / 10},{k / 7},x\n" for k in range(40))
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def tables(path="my-rig.toml"):
+    return tomllib.loads(Path(path).read_text("utf-8"))["records"]
+
+
+def test_the_tutorials_files_are_understood(folder, capsys):
+    """All columns and units of the tutorial's own spec, but for those that no file states."""
+    assert main([str(MEASURED / name) for name in ("squeeze.txt", "stroll.dat", "snap.csv")]) == 0
+    own = tomllib.loads((MEASURED.parent / "my-rig.toml").read_text("utf-8"))["records"]
+    found = tables()
+    assert [r["name"] for r in found] == [r["name"] for r in own]
+    assert [r["channels"] for r in found[:3]] == [r["channels"] for r in own[:3]]
+    assert [r["cylinder"] for r in found] == ["A", "1", "2", "A"]
+    assert [(folder / r["file"]).resolve() for r in found][::3] == [
+        MEASURED / "squeeze.txt",
+        MEASURED / "snap.csv",
+    ]
+    # The unit of an acceleration and of its time is not in the file: told, not guessed.
+    assert found[3] == {
+        "name": "snap",
+        "kind": "release",
+        "cylinder": "A",
+        "file": found[3]["file"],
+        "channels": {},
+    }
+    says = capsys.readouterr().out
+    assert "'squeeze' kind: is missing; it is one of frame, release" in says
+    for needed in ("an entry 'time'", "an entry 'acceleration'", "its preload, as in"):
+        assert needed in says
+
+
+def test_a_filled_spec_reads_its_records(folder):
+    """With the kind given and what was asked for written in, the records are read."""
+    shutil.copy(MEASURED / "squeeze.txt", folder)
+    assert main(["squeeze.txt", "--kind", "squeeze=frame", "--out", "a.toml"]) == 0
+    text = (folder / "a.toml").read_text("utf-8")
+    valve = '[{ until = 2.53, position = "open" }, { position = "shut" }]'
+    (folder / "a.toml").write_text(text.replace("valve = []", f"valve = {valve}"), "utf-8")
+    (record,) = read_records(load_spec(folder / "a.toml"))
+    assert {q: c.unit for q, c in record.channels.items()} == {
+        "load": "N",
+        "stroke": "cm",
+        "pressure": "MPa",
+    }
+
+
+@pytest.mark.parametrize(
+    ("header", "channels"),
+    [
+        ("time [s],Load_A [kN],Stroke_mm,p_MPa,note", "time load stroke pressure"),
+        ("t_s,Force (lbf),pos in,Press_psi,note", "time load stroke pressure"),
+        ("time_s,Load_mm,Stroke [bar],p_MPa,note", "time pressure"),  # names against units
+        ("time_s,Load,Stroke_mm_cm,what,note", "time"),  # no unit, two units, no word
+    ],
+)
+def test_names_and_units(folder, header, channels):
+    (folder / "free-run.csv").write_text(f"{header}\n{ROWS}", "utf-8")
+    assert main(["free-run.csv"]) == 0
+    (record,) = tables()
+    assert record["kind"] == "free-run"
+    assert list(record["channels"]) == channels.split()
+    named = header.split(",")
+    text = (folder / "my-rig.toml").read_text("utf-8")
+    assert all(name in text for name in named)  # none is passed over in silence
+
+
+def test_names_that_toml_must_quote(folder):
+    name = 'p "in" \\ \x7f'
+    (folder / "field [1].csv").write_text(
+        f'time_s;Load_kN;"{name.replace(chr(34), chr(34) * 2)}"\n'
+        + "".join(f"{k / 100};{k};{k}\n" for k in range(40)),
+        "utf-8",
+    )
+    assert main(["field [1].csv"]) == 0
+    (record,) = tables()
+    assert (record["name"], record["kind"], record["file"]) == ("field-1", "field", "field [1].csv")
+
+
+def test_what_is_there_stays(folder, capsys):
+    shutil.copy(MEASURED / "squeeze.txt", folder)
+    (folder / "my-rig.toml").write_text("mine", "utf-8")
+    assert main(["squeeze.txt"]) == 2
+    assert "--force" in capsys.readouterr().err
+    assert (folder / "my-rig.toml").read_text("utf-8") == "mine"
+    assert main(["squeeze.txt", "--force"]) == 0
+    assert tables()
+
+
+def test_all_that_is_wrong_is_told_and_nothing_written(folder, capsys):
+    (folder / "empty.csv").write_text("", "utf-8")
+    shutil.copy(MEASURED / "squeeze.txt", folder)
+    given = ["empty.csv", "squeeze.txt", "gone.csv"]
+    assert main([*given, "--kind", "squeze=frame", "--kind", "empty=fram"]) == 2
+    said = capsys.readouterr().err
+    assert "empty.csv: the file is empty" in said
+    assert "gone.csv: there is no such file" in said
+    assert "unknown record 'squeze'; did you mean 'squeeze'" in said
+    assert "unknown kind 'fram'; did you mean 'frame'" in said
+    assert not (folder / "my-rig.toml").exists()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_parses_and_says_what_it_needs(folder, kind, capsys):
+    (folder / "one.csv").write_text(f"t_s,F_kN,s_mm,p_bar,note\n{ROWS}", "utf-8")
+    assert main(["one.csv", "--kind", f"one={kind}"]) == 0
+    assert tables()[0]["kind"] == kind
+    assert "still to be filled in" in capsys.readouterr().out  # a valve, a preload, or a sheet
