@@ -107,6 +107,10 @@ def documented():
             load_spec(path)
             yield path.name, path.read_text("utf-8")
     yield "own", OWN.format(valve='{ position = "open" }', shut=1.0, ess=10.0, r_hat=1.1)
+    shared = (
+        '[channels.A]\ntime = { column = 1, unit = "s" }\nload = { column = "F", unit = "N" }\n'
+    )
+    yield "shared", shared + '[[records]]\nname = "f"\nkind = "frame"\nfile = "f.csv"\n'
     text = (EXAMPLES[1].parent / "docs" / "machines.md").read_text("utf-8")
     for number, found in enumerate(re.findall(r"```toml\n(title.*?)```", text, re.S)):
         yield f"machines {number}", found

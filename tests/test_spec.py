@@ -344,8 +344,8 @@ REFUSED = {
     # Unknown keys, wherever they stand
     "titel = 1": "[top level]: unknown key 'titel'; did you mean 'title'?",
     "zzz = 1": (
-        "[top level]: unknown key 'zzz'; known are bands, model, priors, published, records, rig, "
-        "sampler, sensors, simulated, solve, title"
+        "[top level]: unknown key 'zzz'; known are bands, channels, model, priors, published, "
+        "records, rig, sampler, sensors, simulated, solve, title"
     ),
     "[rig]\nM_hc = 60": "[rig]: unknown key 'M_hc'; did you mean 'M_HC'?",
     "[rig]\nl_0 = 60": "[rig]: unknown key 'l_0'; did you mean 'L_0'?",
@@ -547,6 +547,52 @@ def test_all_mistakes_of_a_record_and_of_a_campaign_are_told_at_once(refusal):
         "[[records]] 'r': rows: the first line must be 1 or more, and not after the last",
     ]
     assert len(refusal("[model]\neffects = []\n" + FRAME + FRAME)) == 2
+
+
+def test_channels_of_a_cylinder_stand_in_for_those_of_its_records(write):
+    """The reference campaign with its loggers' columns said once is the same, but for its text."""
+    path = find_spec("calibration")
+    text, own = path.read_text("utf-8"), load_spec(path)
+    shared = ""
+    for side in "AB":
+        columns = next(
+            part.split("\n\n")[0]
+            for part in text.split("[records.channels]\n")[1:]
+            if f"Load_{side}" in part.split("\n\n")[0]
+        ).strip("\n")
+        assert text.count(f"[records.channels]\n{columns}\n") >= 4
+        text = text.replace(f"[records.channels]\n{columns}\n", "")
+        shared += f"[channels.{side}]\n{columns}\n\n"
+    found = load_spec(write(text.replace("[[records]]", shared + "[[records]]", 1)))
+    files = [r.model_copy(update={"file": r.file.name}) for r in found.records]
+    assert files == [r.model_copy(update={"file": r.file.name}) for r in own.records]
+    # What a chain is resumed by.
+    left_out = {"path", "text", "records"}
+    assert found.model_dump(exclude=left_out) == own.model_dump(exclude=left_out)
+
+
+BARE = FRAME.replace(f"{CHANNELS}\n", "")
+
+
+def test_a_mistake_in_channels_of_a_cylinder_is_told_once_and_there(refusal):
+    shared = f'[channels.A]\n{TIME}\nload = {{ column = "F", uint = "kN" }}\n'
+    assert refusal(shared + BARE + BARE.replace('"f"', '"g"')) == [
+        "[channels] A.load.unit: is missing",
+        "[channels] A.load: unknown key 'uint'; did you mean 'unit'?",
+    ]
+    assert refusal("channels = { A = 3 }\n" + BARE) == [
+        "[channels] A: must be a table of keys; found 3"
+    ]
+    lod = shared.replace("load", "lod").replace("uint", "unit")
+    assert refusal(lod + BARE) == ["[channels] A: unknown channel 'lod'; did you mean 'load'?"]
+
+
+def test_a_record_whose_cylinder_has_no_channels_is_told_so(refusal, write):
+    (line,) = refusal(BARE + f"[channels.B]\n{TIME}\n")
+    assert line.startswith("[[records]] 'f': channels: is missing")
+    assert "[channels.A]" in line
+    mine = load_spec(write(FRAME + f"[channels.A]\n{TIME}\n")).records[0]  # its own count alone
+    assert mine == load_spec(write(FRAME)).records[0]
 
 
 def test_the_same_record_on_two_cylinders_is_one_run(write):

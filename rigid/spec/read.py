@@ -1,7 +1,9 @@
 """Finding and reading a spec; every mistake in it becomes one plain sentence."""
 
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -65,7 +67,8 @@ def parse_spec(text: str, path: Path) -> Spec:
     try:
         body = SpecBody.model_validate(given)
     except ValidationError as error:
-        lines = [sentence(path, given, SpecBody, dict(e)) for e in error.errors()]
+        told = [dict(e) for e in error.errors() if not _is_shared(given, e["loc"])]
+        lines = [sentence(path, given, SpecBody, e) for e in told]
         raise InputError("\n".join(dict.fromkeys(lines))) from None
     folder = path.resolve().parent
     records = tuple(r.model_copy(update={"file": folder / r.file}) for r in body.records)
@@ -73,3 +76,10 @@ def parse_spec(text: str, path: Path) -> Spec:
     fields = {name: getattr(body, name) for name in SpecBody.model_fields}
     fields |= {"records": records, "bands": bands, "path": path, "text": text}
     return Spec.model_construct(**fields)
+
+
+def _is_shared(given: Mapping[str, Any], place: tuple[int | str, ...]) -> bool:
+    """Whether a place in a record's channels is in those of its cylinder, where it is told."""
+    if len(place) < 3 or place[0] != "records" or place[2] != "channels":
+        return False
+    return "channels" not in given["records"][place[1]]

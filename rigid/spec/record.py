@@ -88,7 +88,7 @@ class RecordSpec(Value):
     kind: Annotated[str, BeforeValidator(_kind), Field(json_schema_extra={"enum": [*KINDS]})]
     cylinder: Name = "A"
     file: Path
-    channels: Mapping[Quantity, ChannelSpec]
+    channels: Mapping[Quantity, ChannelSpec] = {}
     valve: tuple[Stretch, ...] = ()
     preload: Annotated[Known, uncertain(PRELOAD_SHARE), POSITIVE] | None = None
     release_time: Number | None = None
@@ -123,6 +123,12 @@ class RecordSpec(Value):
 
 def _channel_faults(record: RecordSpec, kind: type[RecordKind]) -> Iterator[str]:
     """Say that time is missing, or anything to explain, or what its kind needs or cannot have."""
+    if "channels" not in record.model_fields_set:
+        yield (
+            "channels: is missing; end the record with a table [records.channels], or write "
+            f"[channels.{record.cylinder}] for the records of this cylinder that have none"
+        )
+        return
     if "time" not in record.channels:
         yield "channels needs an entry 'time'"
     for needed in kind.needs:

@@ -11,7 +11,7 @@ from rigid.io.errors import quoted
 from rigid.kinds import KINDS
 from rigid.spec.base import POSITIVE, Flag, Known, Real, Value, Whole, uncertain, within
 from rigid.spec.published import PublishedSpec
-from rigid.spec.record import RecordSpec
+from rigid.spec.record import ChannelSpec, Quantity, RecordSpec
 from rigid.spec.sheets import SensorsSpec
 
 YOUNG = 200e9  # Pa; paper, after eq. (16)
@@ -237,7 +237,7 @@ class BandsSpec(Value):
 
 
 class SpecBody(Value):
-    """The spec as its file has it."""
+    """The spec as its file has it; `channels` of a cylinder stand in for those of its records."""
 
     title: str = ""
     simulated: Flag = False
@@ -245,11 +245,23 @@ class SpecBody(Value):
     model: ModelSpec = ModelSpec()
     priors: Mapping[str, LawSpec] = {}
     sensors: SensorsSpec = SensorsSpec()
+    channels: Mapping[str, Mapping[Quantity, ChannelSpec]] = Field(default={}, exclude=True)
     records: tuple[RecordSpec, ...] = ()
     bands: BandsSpec | None = None
     sampler: SamplerSpec = SamplerSpec()
     solve: SolveSpec = SolveSpec()
     published: PublishedSpec | None = Field(default=None, exclude=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def shared(cls, given: Any) -> Any:
+        """Give each record without channels those of its cylinder."""
+        if not isinstance(given, Mapping):
+            return given
+        channels, records = given.get("channels"), given.get("records")
+        if not isinstance(channels, Mapping) or not isinstance(records, (list, tuple)):
+            return given
+        return {**given, "records": [_with_channels(record, channels) for record in records]}
 
     @model_validator(mode="after")
     def consistent(self) -> "SpecBody":
@@ -257,6 +269,16 @@ class SpecBody(Value):
         if says := [*_alike(self.records), *_unheld(self), *_unmeasured(self)]:
             raise ValueError("\n".join(dict.fromkeys(says)))
         return self
+
+
+def _with_channels(record: Any, channels: Mapping[str, Any]) -> Any:
+    """Return a record as TOML has it, with the channels of its cylinder where it has none."""
+    if not isinstance(record, Mapping) or "channels" in record:
+        return record
+    cylinder = record.get("cylinder", RecordSpec.model_fields["cylinder"].default)
+    if not isinstance(cylinder, str) or cylinder not in channels:
+        return record
+    return {**record, "channels": channels[cylinder]}
 
 
 def _alike(records: Iterable[RecordSpec]) -> Iterator[str]:
