@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import accuracy
+import compiling
 import ess
 import friction
 import growth
@@ -14,6 +15,7 @@ from table import Row
 
 ROWS: dict[str, Callable[[Bench], list[Row]]] = {
     "joint": joint.rows,
+    "compile": compiling.rows,
     "friction": friction.rows,
     "release": release.rows,
     "ess": ess.rows,

@@ -15,7 +15,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 NAMES = (
-    "joint", "friction", "release", "wall", "ess", "pints", "numpyro", "growth", "accuracy",
+    "joint", "compile", "friction", "release", "wall", "ess", "pints", "numpyro", "growth",
+    "accuracy",
 )  # fmt: skip
 
 
