@@ -132,7 +132,7 @@ def test_what_is_told_is_sure_or_the_one_that_comes_nearest():
     assert loud[0]["unit"] == "s"
     row = table(loud)[0]
     assert row[:2] == ("free-run-2,A load", "time")
-    assert float(row[3]) < 0.05 < float(row[4])
+    assert loud[0]["p_value"] < 0.05 < loud[0]["p_value_after"]
     assert " of 24 comparisons" in sentence(both)
     picture = shown(both)
     assert picture.over == ("time", "frequency", "lag", "speed", "pressure")

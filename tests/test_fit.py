@@ -243,6 +243,7 @@ def test_the_truth_lies_in_the_posterior(fitted, name):
 
 def test_the_page_needs_no_network_and_says_simulated(fitted):
     page = (fitted.out / "index.html").read_text("utf-8")
+    assert "<h4><code>abs_mu[80 Hz]</code>" in page  # its uncertainty budget
     assert "simulated" in page.lower()
     assert "A rig of one" in page
     fetched = re.findall(r"""(?:src|href|xlink:href)\s*=\s*["']([^"'#][^"']*)""", page)

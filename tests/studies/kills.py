@@ -15,7 +15,6 @@ import datetime
 import functools
 import json
 import re
-import resource
 import signal
 import subprocess
 import sys
@@ -45,6 +44,12 @@ LOST = "Interrupted:"
 """What Python says of a signal that it ignored."""
 PLACE = re.escape(tempfile.gettempdir()) + r"/[^/\s:]+"
 """Folders that a trial makes for itself."""
+LIMITED = """
+import os, resource, sys
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]),) * 2)
+os.execv(sys.argv[2], sys.argv[2:])
+"""
+"""Runs a command whose files may not grow beyond so many bytes, without a fork of this process."""
 SAMPLER = """
 [sampler]
 ensembles = 2
@@ -121,19 +126,12 @@ def ended(line: list[str], out: Path, after_s: float | None = None, how: str = "
 
     - `how`: a signal, or "full": no file may grow beyond `after_s` bytes.
     """
-
-    def limited() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (int(after_s or 0),) * 2)
-
     full = how == "full"
+    if full:
+        line = [sys.executable, "-c", LIMITED, str(int(after_s or 0)), *line]
     (out / ".lock").unlink(missing_ok=True)
     with tempfile.TemporaryFile() as words:
-        process = subprocess.Popen(
-            line,
-            stdout=subprocess.DEVNULL,
-            stderr=words,
-            preexec_fn=limited if full else None,
-        )
+        process = subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=words)
         while not (out / ".lock").exists() and process.poll() is None:
             time.sleep(0.02)
         began = time.monotonic()

@@ -8,6 +8,7 @@ from jaxtyping import Float
 from rigid.inference.calibrate import Calibrated
 from rigid.likelihood.parameters import Parameter
 from rigid.physics.sensors import UNITS
+from rigid.report.calibration.output import friction_at
 from rigid.report.content import BudgetLine, GumBudget, KeyNumber
 
 SILENT = 0.1
@@ -29,7 +30,7 @@ def silent(done: Calibrated) -> tuple[Parameter, ...]:
 
 
 def budgets(done: Calibrated, numbers: Sequence[KeyNumber]) -> tuple[GumBudget, ...]:
-    """A budget for each key number that is a parameter.
+    """A budget for each key number that is a parameter, and for the friction at a few frequencies.
 
     Type B are the quantities that keep what was known of them before: parameters of which the
     records say nothing, gains and zeros of the sensors. Their sensitivities are the coefficients of
@@ -45,10 +46,13 @@ def budgets(done: Calibrated, numbers: Sequence[KeyNumber]) -> tuple[GumBudget, 
         for name, unit, series in zip(("gain", "zero"), ("1", UNITS[quantity]), pair, strict=True):
             inputs[f"{name}[{label}]"], units[f"{name}[{label}]"] = series.ravel(), unit
     named = {number.name for number in numbers if number.name}
+    asked = {name: draws for name, draws in done.kept.items() if name in named - set(inputs)}
+    frictions = {at.label: draws for at, draws in friction_at(done, kept=True).items()}
+    units |= dict.fromkeys(frictions, "N s/m")
     return tuple(
-        _budget(label, units[label], done.kept[label].ravel(), inputs, units)
-        for label in done.kept
-        if label in named and label not in inputs
+        _budget(name, units[name], draws.ravel(), inputs, units)
+        for name, draws in (asked | frictions).items()
+        if draws.std() > 0.0
     )
 
 

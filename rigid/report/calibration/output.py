@@ -55,13 +55,19 @@ class At(NamedTuple):
         return f"abs_mu[{self.hertz:g} Hz{',' + self.view if self.view else ''}]"
 
 
-def friction_at(done: Calibrated) -> dict[At, np.ndarray]:
-    """|mu| of the draws at REPORTED_HZ, (chain, draw), of every view the slow one first."""
+def friction_at(done: Calibrated, kept: bool = False) -> dict[At, np.ndarray]:
+    """|mu| of the draws at REPORTED_HZ, (chain, draw), of every view the slow one first.
+
+    - `kept`: of the fewer draws in posterior.nc.
+    """
+    curves, shape = done.frictions, done.shape
+    if kept:
+        curves, shape = done.kept_frictions, done.kept_shape
     out = {}
-    for view, curve in done.frictions.items():
+    for view, curve in curves.items():
         for frequency in REPORTED_HZ:
             at = int(np.argmin(np.abs(FREQUENCIES - frequency)))
-            out[At(view, frequency)] = curve.magnitude[:, at].reshape(done.shape)
+            out[At(view, frequency)] = curve.magnitude[:, at].reshape(shape)
     return out
 
 
