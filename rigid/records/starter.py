@@ -136,6 +136,8 @@ def _channels(found: Sequence[Guess], kind: str) -> Iterator[str]:
         if not quantity:
             words = "time, load, stroke, pressure, acceleration"
             yield f'# {line}"..." }}    # {_plain(guess.why)}; QUANTITY is one of {words}'
+        elif kind and quantity not in KINDS[kind].takes:
+            yield f'# {line}"..." }}    # a {kind} takes no {quantity}'
         elif quantity in taken:
             yield f"# {line}{toml_value(guess.unit or '...')} }}    # another {quantity}; keep one"
         elif not guess.unit:

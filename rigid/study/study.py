@@ -307,8 +307,9 @@ def build(name: str, folder: Path | str = ".", **tables: Any) -> Study:
     """Return a study made of values in place of a file.
 
     - `name`: of the spec. - `folder`: from which files are named.
-    - `tables`: `records`, `rig`, `model`, `priors`, `sensors`, `sampler`, `bands`, `title`,
-      `simulated`, as a spec has them: `rigid.Record(...)`, `rigid.Rig(...)`, or plain tables.
+    - `tables`: `records`, `rig`, `model`, `priors`, `sensors`, `channels`, `sampler`, `bands`,
+      `title`, `simulated`, as a spec has them: `rigid.Record(...)`, `rigid.Rig(...)`, or plain
+      tables.
 
     Raises InputError with one line for each mistake.
     """
