@@ -133,7 +133,7 @@ def test_all_that_is_wrong_is_told_and_nothing_written(folder, capsys):
     assert main([*given, "--kind", "squeze=frame", "--kind", "empty=fram"]) == 2
     said = capsys.readouterr().err
     assert "empty.csv: the file is empty" in said
-    assert "gone.csv: there is no such file" in said
+    assert "gone.csv: there is no such file; name files of your loggers" in said
     assert "unknown record 'squeze'; did you mean 'squeeze'" in said
     assert "unknown kind 'fram'; did you mean 'frame'" in said
     assert not (folder / "my-rig.toml").exists()

@@ -55,6 +55,9 @@ def starter(files: Sequence[Path], kinds: Mapping[str, str], out: Path) -> str:
     names = _names(files)
     problems, tables = [*_unknown(kinds, names)], []
     for name, path in zip(names, files, strict=True):
+        if not path.exists():
+            problems.append(f"{path}: there is no such file; name files of your loggers")
+            continue
         try:
             found = guesses(load(path).table)
         except InputError as error:
