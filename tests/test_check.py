@@ -153,3 +153,22 @@ def test_a_number_with_or_without_its_sd_is_taken():
         assert not list(faults(tomllib.loads(text), schema(), schema()))
     text = "[sensors]\nload = { noise = 100.0 }\n"
     assert not list(faults(tomllib.loads(text), schema(), schema()))
+
+
+def test_files_effects_and_laws_are_told_together_and_then_names_of_priors(tmp_path):
+    path = write_cart(tmp_path)
+    good = path.read_text("utf-8")
+    bad = good.replace("[priors]", "[priors]\na = { norml = 1 }\nb = { uniform = { lo = 1 } }")
+    bad = re.sub(r"(?m)^effects = .*$", 'effects = ["viscous-frictio", "oil"]', bad)
+    path.write_text(re.sub(r"(?m)^file = .*$", 'file = "gone.csv"', bad), "utf-8")
+    with pytest.raises(InputError) as caught:
+        check(options(path))
+    lines = str(caught.value).splitlines()
+    places = ["[model] effects", "[model] effects", "[priors] a", "[priors] b", "gone.csv"]
+    assert len(lines) == len(places)
+    assert all(place in line for place, line in zip(places, lines, strict=True))
+    fixed = "muu = { fixed = 1 }\nkapa = { fixed = 1 }"
+    path.write_text(good.replace("[priors]", f"[priors]\n{fixed}"), "utf-8")
+    with pytest.raises(InputError) as caught:
+        check(options(path))
+    assert len(str(caught.value).splitlines()) == 2

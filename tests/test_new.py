@@ -3,12 +3,17 @@
 import shutil
 import tomllib
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from rigid.io.errors import InputError
 from rigid.kinds import KINDS
 from rigid.new import main
 from rigid.records import read_records
+from rigid.records.starter import starter
 from rigid.spec import load_spec
 
 MEASURED = Path(__file__).resolve().parents[1] / "docs" / "tutorial" / "measured"
@@ -72,6 +77,7 @@ def test_a_filled_spec_reads_its_records(folder):
         ("time [s],Load_A [kN],Stroke_mm,p_MPa,note", "time load stroke pressure"),
         ("t_s,Force (lbf),pos in,Press_psi,note", "time load stroke pressure"),
         ("time_s,Load_mm,Stroke [bar],p_MPa,note", "time pressure"),  # names against units
+        ("T1 (s),Load_A_kN,Stroke_A [mm],Time_of_day,note", "time load stroke"),  # one cylinder
         ("time_s,Load,Stroke_mm_cm,what,note", "time"),  # no unit, two units, no word
     ],
 )
@@ -84,6 +90,18 @@ def test_names_and_units(folder, header, channels):
     named = header.split(",")
     text = (folder / "my-rig.toml").read_text("utf-8")
     assert all(name in text for name in named)  # none is passed over in silence
+
+
+def test_both_cylinders_of_a_file_have_a_record_each(folder):
+    header = "time [s];Load_A_kN;Load_B_kN;Stroke left [mm];p"
+    (folder / "field.csv").write_text(f"{header}\n{ROWS}".replace(",", ";"), "utf-8")
+    assert main(["field.csv"]) == 0
+    columns = {r["cylinder"]: [c["column"] for c in r["channels"].values()] for r in tables()}
+    assert columns == {
+        "A": ["time [s]", "Load_A_kN"],
+        "B": ["time [s]", "Load_B_kN"],
+        "left": ["time [s]", "Stroke left [mm]"],
+    }
 
 
 def test_names_that_toml_must_quote(folder):
@@ -115,10 +133,36 @@ def test_all_that_is_wrong_is_told_and_nothing_written(folder, capsys):
     assert main([*given, "--kind", "squeze=frame", "--kind", "empty=fram"]) == 2
     said = capsys.readouterr().err
     assert "empty.csv: the file is empty" in said
-    assert "gone.csv: there is no such file" in said
+    assert "gone.csv: there is no such file; name files of your loggers" in said
     assert "unknown record 'squeze'; did you mean 'squeeze'" in said
     assert "unknown kind 'fram'; did you mean 'frame'" in said
     assert not (folder / "my-rig.toml").exists()
+
+
+def test_a_channel_that_its_kind_does_not_take_is_left_out(folder):
+    (folder / "cart.csv").write_text(f"t_s,F_N,x_m,a_g,note\n{ROWS}", "utf-8")
+    assert main(["cart.csv", "--kind", "cart=motion"]) == 0
+    assert list(tables()[0]["channels"]) == ["time", "force", "position"]
+    assert "a motion takes no acceleration" in (folder / "my-rig.toml").read_text("utf-8")
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(
+    names=st.lists(st.text(max_size=12), min_size=2, max_size=4),
+    stem=st.text("ab .'#\"[]é=,", max_size=6),
+)
+def test_whatever_columns_and_files_are_called_the_spec_is_toml(names, stem):
+    with TemporaryDirectory() as place:
+        path, out = Path(place) / f"n{stem}.csv", Path(place) / "out.toml"
+        cells = ['"' + name.replace('"', '""') + '"' for name in names]
+        rows = [";".join(str(k + n / 8) for n in range(len(names))) for k in range(3)]
+        path.write_text("\n".join([";".join(cells), *rows, ""]), "utf-8")
+        try:
+            text = starter([path], {}, out)
+        except InputError:  # a header that is none, or line breaks in it
+            return
+        (record,) = tomllib.loads(text)["records"][:1]
+        assert (out.parent / record["file"]).resolve() == path.resolve()
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -1,6 +1,7 @@
 """The kinds of failure a command can end with, and how a message repeats what was found."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 
 class RigidError(Exception):
@@ -36,6 +37,22 @@ class InputError(RigidError):
     """The input is at fault; the message says where, what was found and what to do."""
 
     status = 2
+
+
+def together(*steps: Callable[[], Any]) -> list[Any]:
+    """Return what each step returns; all are tried before any is given up.
+
+    Raises InputError with the problems of all of them, one a line.
+    """
+    found, problems = [], []
+    for step in steps:
+        try:
+            found.append(step())
+        except InputError as error:
+            problems += str(error).splitlines()
+    if problems:
+        raise InputError("\n".join(dict.fromkeys(problems)))
+    return found
 
 
 class UnusableResultError(RigidError):

@@ -3,10 +3,11 @@
 import dataclasses
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
 
 from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.effects.declare import ParameterInfo, PriorDescription
-from rigid.io.errors import InputError
+from rigid.io.errors import InputError, together
 from rigid.likelihood.channels import SensorSheet, make_pieces
 from rigid.likelihood.effect_lookup import effects_named
 from rigid.likelihood.grouping import Grouping
@@ -156,8 +157,11 @@ def list_parameters(
     noise = list(_noise(spec, tracks, series))
     listed = physical + local + noise
     names = {p.label for p in listed} | {p.base for p in listed} | of_straps(tracks)
-    require_known(spec.priors, names | of_candidates(spec), f"{spec.path} [priors]")
-    require_known(spec.model.vary, {p.base for p in physical}, f"{spec.path} [model] vary")
+    varied = {p.base for p in physical}
+    together(
+        lambda: require_known(spec.priors, names | of_candidates(spec), f"{spec.path} [priors]"),
+        lambda: require_known(spec.model.vary, varied, f"{spec.path} [model] vary"),
+    )
     return collect(listed)
 
 
@@ -187,10 +191,13 @@ def _stated(spec: Spec, one: Parameter) -> Parameter:
 
 def given_laws(spec: Spec) -> dict[str, AbstractLaw]:
     """Priors that a spec states itself, by label."""
-    return {
-        name: make_law(law.law, law.arguments, f"{spec.path} [priors] {name}")
-        for name, law in spec.priors.items()
-    }
+    made = together(
+        *(
+            partial(make_law, law.law, law.arguments, f"{spec.path} [priors] {name}")
+            for name, law in spec.priors.items()
+        )
+    )
+    return dict(zip(spec.priors, made, strict=True))
 
 
 def _described(prior: PriorDescription) -> AbstractLaw:

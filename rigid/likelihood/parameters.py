@@ -116,8 +116,7 @@ class Scoped(Mapping[str, Value]):
 
 
 def require_known(given: Iterable[str], allowed: Iterable[str], where: str) -> None:
-    """Raise InputError for names that nothing answers to, with the nearest known one."""
+    """Raise InputError for all names that nothing answers to, each with the nearest known one."""
     names = sorted(set(allowed))
-    for name in given:
-        if name not in names:
-            raise InputError(f"{where}: {unknown('name', name, names)}")
+    if says := [f"{where}: {unknown('name', name, names)}" for name in given if name not in names]:
+        raise InputError("\n".join(says))

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from rigid.records.table import Table
-from rigid.records.units import DIMENSIONS, TIMESTAMP, UNITS, dimensioned, hinted
+from rigid.records.units import BETWEEN, DIMENSIONS, TIMESTAMP, UNITS, dimensioned, hinted, known
 
 WORDS = {
     "time": ("timestamp", "datetime", "time", "zeit", "t", "ms"),
@@ -47,8 +47,10 @@ def _guess(table: Table, name: str) -> Guess:
         return Guess(name, "", "", "", f"holds no numbers: {table.refused[name]}")
     if name in table.timestamps:
         return Guess(name, "time", TIMESTAMP, "", "holds time stamps")
-    words = [part.lower() for part in PARTS.findall(BRACKETS.sub(" ", name))]
-    said = next((q for q, known in WORDS.items() if words and words[0] in known), "")
+    first, *more = BETWEEN.split(BRACKETS.sub(" ", name).strip())
+    bare = " ".join([first, *(word for word in more if not known(word))])
+    words = [part.lower() for part in PARTS.findall(bare)]
+    said = next((q for q, names in WORDS.items() if words and words[0] in names), "")
     stated = table.units.get(name, "")
     meant = dimensioned(UNITS[stated][0]) if stated else ""
     if said and meant and said != meant:
@@ -71,5 +73,5 @@ def _own(name: str, quantity: str) -> str:
 
 def cylinders(found: Iterable[Guess]) -> tuple[str, ...]:
     """Return the ends of names that tell cylinders apart, in the file's order; at least one."""
-    sides = dict.fromkeys(g.cylinder for g in found if g.quantity and g.cylinder)
-    return tuple(sides) or ("",)
+    sides = dict.fromkeys(g.cylinder for g in found if g.quantity not in ("", "time"))
+    return tuple(side for side in sides if side) or ("",)

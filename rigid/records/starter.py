@@ -55,6 +55,9 @@ def starter(files: Sequence[Path], kinds: Mapping[str, str], out: Path) -> str:
     names = _names(files)
     problems, tables = [*_unknown(kinds, names)], []
     for name, path in zip(names, files, strict=True):
+        if not path.exists():
+            problems.append(f"{path}: there is no such file; name files of your loggers")
+            continue
         try:
             found = guesses(load(path).table)
         except InputError as error:
@@ -136,6 +139,8 @@ def _channels(found: Sequence[Guess], kind: str) -> Iterator[str]:
         if not quantity:
             words = "time, load, stroke, pressure, acceleration"
             yield f'# {line}"..." }}    # {_plain(guess.why)}; QUANTITY is one of {words}'
+        elif kind and quantity not in KINDS[kind].takes:
+            yield f'# {line}"..." }}    # a {kind} takes no {quantity}'
         elif quantity in taken:
             yield f"# {line}{toml_value(guess.unit or '...')} }}    # another {quantity}; keep one"
         elif not guess.unit:

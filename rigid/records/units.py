@@ -59,6 +59,8 @@ SAME = {  # other ways in which files write these units
     "m/s\u00b2": "m/s^2",
     "PSI": "psi",
 }
+BETWEEN = re.compile(r"[\s_.\-]+")
+"""What stands between the words of a column's name."""
 IN_NAME = re.compile(r".*[\[(]([^\[\]()]*)[\])]\s*")
 
 
@@ -119,7 +121,7 @@ def hinted(name: str, quantity: str) -> str:
 
     Empty where there is none, or more than one; the first word is the name.
     """
-    words = {known(word) for word in re.split(r"[\s_.\-]+", name.strip())[1:]} - {""}
+    words = {known(word) for word in BETWEEN.split(name.strip())[1:]} - {""}
     fit = [unit for unit in words if UNITS[unit][0] == DIMENSIONS[quantity]]
     return fit[0] if len(fit) == 1 else ""
 

@@ -4,7 +4,7 @@ import contextlib
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -18,10 +18,10 @@ from rigid.friction.models import without_friction
 from rigid.inference.calibrate import calibrate
 from rigid.inference.search import Found
 from rigid.io.cli import Options, say
-from rigid.io.errors import InputError
+from rigid.io.errors import InputError, together
 from rigid.io.files import locked
 from rigid.io.provenance import running
-from rigid.likelihood.assemble import assemble
+from rigid.likelihood.assemble import assemble, chosen_effects, given_laws
 from rigid.likelihood.problem import Problem
 from rigid.records.read import read_records
 from rigid.records.record import Record
@@ -57,9 +57,11 @@ class Study:
     def records(self) -> tuple[Record, ...]:
         """The records that are fitted, read and checked.
 
-        Raises InputError where a file is not what the spec says.
+        Raises InputError where a file is not what the spec says; effects and laws that are not
+        known are told along with it.
         """
-        return read_records(self.spec)
+        model = (partial(chosen_effects, self.spec), partial(given_laws, self.spec))
+        return together(*model, partial(read_records, self.spec))[-1]
 
     @cached_property
     def problem(self) -> Problem:
@@ -305,8 +307,9 @@ def build(name: str, folder: Path | str = ".", **tables: Any) -> Study:
     """Return a study made of values in place of a file.
 
     - `name`: of the spec. - `folder`: from which files are named.
-    - `tables`: `records`, `rig`, `model`, `priors`, `sensors`, `sampler`, `bands`, `title`,
-      `simulated`, as a spec has them: `rigid.Record(...)`, `rigid.Rig(...)`, or plain tables.
+    - `tables`: `records`, `rig`, `model`, `priors`, `sensors`, `channels`, `sampler`, `bands`,
+      `title`, `simulated`, as a spec has them: `rigid.Record(...)`, `rigid.Rig(...)`, or plain
+      tables.
 
     Raises InputError with one line for each mistake.
     """
