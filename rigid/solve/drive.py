@@ -49,11 +49,6 @@ class Drive(eqx.Module):
         """Sample times [s] (samples,), where the record is known."""
         return float(self.first) + self.interval * np.arange(int(self.samples))
 
-    @property
-    def end(self) -> Array:
-        """Time of the last sample [s]."""
-        return self.first + self.interval * (self.samples - 1)
-
 
 @dataclasses.dataclass(frozen=True)
 class Plan:
