@@ -1,6 +1,5 @@
 """Draws with their provenance on disk: ArviZ groups in one netCDF file, written all at once."""
 
-import io
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,8 @@ from rigid.io.files import replacing
 from rigid.io.hdf5 import require_own
 
 ENGINE = "h5netcdf"
+OVERHEAD = 65536
+"""Bytes of a file, and of each variable in it, beside the numbers: more than netCDF takes."""
 # xarray turns variables in these units, and those "since" a date, into dates when it reads them.
 TIME_WORDS = frozenset(
     ("days", "hours", "minutes", "seconds", "milliseconds", "microseconds", "nanoseconds")
@@ -33,11 +34,14 @@ def save_posterior(
     Raises ValueError for a variable without a unit, EnvironmentFaultError when the disk does not
     take the file.
     """
-    tree, content = data_tree(groups, attrs), io.BytesIO()
-    tree.to_netcdf(content, mode="w", engine=ENGINE)  # on a full disk HDF5 ends the process
-    tree.close()
+    tree = data_tree(groups, attrs)
+    room = sum(one.nbytes + len(one.variables) * OVERHEAD for one in groups.values()) + OVERHEAD
     with replacing(path) as temporary:
-        temporary.write_bytes(content.getbuffer())
+        # On a full disk HDF5 ends the process, and from memory its files end it when Python cleans
+        # up. So the room that the file takes is taken first, by a write that fails in a sentence.
+        temporary.write_bytes(bytes(room))
+        tree.to_netcdf(temporary, mode="w", engine=ENGINE)
+    tree.close()
 
 
 def data_tree(groups: Mapping[str, xr.Dataset], attrs: Mapping[str, Any]) -> xr.DataTree:
