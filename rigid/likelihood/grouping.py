@@ -60,7 +60,7 @@ class Grouping:
 def in_turns(groups: Sequence[AbstractGroup]) -> tuple[AbstractGroup, ...]:
     """Cut groups of slow records to one shape, so that they take turns in one program.
 
-    Compiling is what a first run waits for, and half of it was one program for each kind of record.
+    Compiling is what a first run waits for, and each further kind of record took a third of it.
     """
     slow = [group for group in groups if isinstance(group, SlowGroup)]
     alike: dict[tuple, list[SlowGroup]] = {}
