@@ -8,6 +8,8 @@ JAX is there. JAX is set to 64 bits (`rigid.prepare`) when a name that computes 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from rigid.io.version import __version__ as __version__
+
 if TYPE_CHECKING:
     from rigid.inference.posterior import by_ensemble
     from rigid.io.errors import EnvironmentFaultError, InputError, RigidError
@@ -21,8 +23,6 @@ if TYPE_CHECKING:
     from rigid.study.laws import Laws
     from rigid.study.study import Study, build, load
     from rigid.study.validation import Replicates, Validation
-
-__version__ = "0.1.0"
 
 __all__ = [
     "Checked",

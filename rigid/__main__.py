@@ -3,7 +3,7 @@
 import sys
 from importlib import import_module
 
-from rigid import __version__
+from rigid.io.version import __version__
 
 COMMANDS = (
     *("new", "check", "fit", "bands", "discover", "laws", "compare", "batch", "paper", "validate"),

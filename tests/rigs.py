@@ -12,9 +12,9 @@ from rigid.likelihood.parameters import Parameter, Parameters, collect
 from rigid.likelihood.priors import AbstractLaw, Fixed, Lognormal, Normal, Uniform, make_law
 from rigid.likelihood.problem import Problem
 from rigid.likelihood.tracks import Series, Track
+from rigid.physics import full
+from rigid.physics.drive import Drive, side_by_side
 from rigid.physics.rig import Rig, build_rig
-from rigid.solve import full
-from rigid.solve.drive import Drive, side_by_side
 from rigid.spec.sheets import SHEETS as DEFAULTS
 from rigid.spec.values import RigSpec
 

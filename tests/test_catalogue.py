@@ -15,11 +15,11 @@ from scipy.integrate import quad, solve_ivp
 from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.effects.__main__ import section
 from rigid.effects.base import State
+from rigid.physics import full, slow, staggered
+from rigid.physics.drive import side_by_side
+from rigid.physics.rest import rest_under
 from rigid.physics.rig import Surroundings
 from rigid.physics.sensors import readings
-from rigid.solve import full, slow, staggered
-from rigid.solve.drive import side_by_side
-from rigid.solve.rest import rest_under
 
 # What can be missing, and in which equation: part of what scripts may rely on.
 NAMES = {

@@ -12,9 +12,9 @@ from scipy.stats import norm
 from rigid.effects import CATALOGUE
 from rigid.likelihood.priors import Normal
 from rigid.localfit.candidates import candidates, laws_of
+from rigid.physics import slow, staggered
+from rigid.physics.drive import side_by_side
 from rigid.physics.rig import Rig
-from rigid.solve import slow, staggered
-from rigid.solve.drive import side_by_side
 
 PSI = 6894.757
 FINE = 16

@@ -22,10 +22,10 @@ from rigid.likelihood.assemble import assemble
 from rigid.likelihood.groups import MotionGroup
 from rigid.likelihood.motion import NODES, SMOOTHER, STRIDE, TAPS, lay
 from rigid.likelihood.tracks import make_track
+from rigid.physics import inverse
 from rigid.physics.rig import acting
 from rigid.records.read import read_records
 from rigid.records.record import Channel, Record
-from rigid.solve import inverse
 from rigid.spec import load_spec
 
 ROOT = Path(rigid.__file__).parents[1]

@@ -11,7 +11,7 @@ from rigs import frame_problem, release_problem
 from rigid.inference.reference_check import SensorError, SolverCheck, against_reference
 from rigid.likelihood.groups import SlowGroup
 from rigid.likelihood.problem import predict
-from rigid.solve import full, slow
+from rigid.physics import full, slow
 
 
 @pytest.fixture(scope="module")

@@ -8,9 +8,9 @@ import pytest
 from rigs import BASE, NOMINAL, drive, rig_of
 from test_staggered import by_lsoda, worst
 
-from rigid.solve import slow
-from rigid.solve.drive import side_by_side
-from rigid.solve.stroke_range import foreseen
+from rigid.physics import slow
+from rigid.physics.drive import side_by_side
+from rigid.physics.stroke_range import foreseen
 
 FRAME = NOMINAL["k_frame"]
 

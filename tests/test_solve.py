@@ -8,12 +8,12 @@ from rigs import MEMORY, NOMINAL, drive, frame_problem, in_full, prior_draws, ri
 from scipy.linalg import expm
 
 from rigid.likelihood.marginal import marginal_likelihood
+from rigid.physics import full, slow
+from rigid.physics.drive import STRIDE, require_apart, side_by_side
+from rigid.physics.release import ring
+from rigid.physics.rest import rest_under
 from rigid.physics.rig import Surroundings
-from rigid.solve import full, slow
-from rigid.solve.drive import STRIDE, require_apart, side_by_side
-from rigid.solve.release import ring
-from rigid.solve.rest import rest_under
-from rigid.solve.step_matrices import jacobian, step_matrix
+from rigid.physics.step_matrices import jacobian, step_matrix
 
 PSI = 6894.757
 BARS = {"load": 29.5, "stroke": 2.2e-5, "pressure": 0.5 * PSI}  # tenths of the sensors' steps

@@ -10,10 +10,10 @@ from scipy.integrate import odeint
 from test_solve import BARS, FRACTIONS, LINEAR, RECORD, exact
 
 from rigid.effects.bristle import share_rate
+from rigid.physics import release, staggered
+from rigid.physics.drive import side_by_side
 from rigid.physics.rig import Surroundings
 from rigid.physics.sensors import readings
-from rigid.solve import release, staggered
-from rigid.solve.drive import side_by_side
 
 DRY = {
     "coulomb-friction": {"F_C": 800.0},

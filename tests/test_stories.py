@@ -219,8 +219,8 @@ def least_bar(mu, m2=110.0, gives_way=0.0):
 def test_the_state_at_rest_is_the_solvers():
     import jax.numpy as jnp
 
+    from rigid.physics.rest import rest_under
     from rigid.physics.rig import build_rig
-    from rigid.solve.rest import rest_under
 
     values = {k: np.full(1, v) for k, v in (RIG | {"mu": 3e4}).items()}
     rig = build_rig(FIXED_ROOT, {k: jnp.asarray(v) for k, v in values.items()})

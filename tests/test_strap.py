@@ -8,11 +8,11 @@ import pytest
 from rigs import BASE, NOMINAL, effects
 
 from rigid.likelihood.assemble import assemble
+from rigid.physics import full, release
 from rigid.physics.rig import build_rig
+from rigid.physics.strap import GONE, REACH, abrupt, edges, lattice, let_go
 from rigid.records.read import read_records
 from rigid.report.taken import taken
-from rigid.solve import full, release
-from rigid.solve.strap import GONE, REACH, abrupt, edges, lattice, let_go
 from rigid.spec import parse_spec
 
 EXAMPLE = Path(__file__).parents[1] / "fits" / "calibration.toml"

@@ -18,8 +18,8 @@ page is made from the classes by `python -m rigid.effects --write docs/catalogue
 its entries to them.
 
 *Steady* effects leave the Jacobian of the motion as it is at rest, so that a rig of them alone
-takes the long steps of `rigid/solve/slow.py`; any other goes by the short steps of
-`rigid/solve/staggered.py`.
+takes the long steps of `rigid/physics/slow.py`; any other goes by the short steps of
+`rigid/physics/staggered.py`.
 *Slow* records are all that follow a programme of the valve: frames, free runs, field tests.
 *Absent at* is the value at which the effect is not there.
 """

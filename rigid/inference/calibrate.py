@@ -10,7 +10,6 @@ from pathlib import Path
 import jax.numpy as jnp
 import numpy as np
 
-from rigid import __version__
 from rigid.inference.adaptation import LEAST_WEIGHT, adapted
 from rigid.inference.checkpoint import Checkpoint
 from rigid.inference.coordinates import Chart, chart_of
@@ -34,6 +33,7 @@ from rigid.inference.search_cache import Searched, once
 from rigid.inference.steady_first import beginnings, steady_part, with_ease
 from rigid.io.cache import Shelf
 from rigid.io.cli import Options, progress, reach, say
+from rigid.io.version import __version__
 from rigid.likelihood.effect_lookup import marks
 from rigid.likelihood.problem import Problem, log_density, log_posterior, walkers
 from rigid.records.record import Record

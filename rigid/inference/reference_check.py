@@ -18,8 +18,8 @@ from rigid.likelihood.channels import Piece
 from rigid.likelihood.groups import AbstractGroup, MotionGroup
 from rigid.likelihood.marginal import marginal_likelihood
 from rigid.likelihood.problem import Problem, in_batches, predict
+from rigid.physics.full import TOLERANCE
 from rigid.physics.sensors import UNITS
-from rigid.solve.full import TOLERANCE
 
 Predictions = list[dict[str, np.ndarray]]
 """Readings of every group by quantity, (samples, tracks, walkers)."""

@@ -13,9 +13,9 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any, Literal
 
-from rigid import __version__
 from rigid.io.errors import InputError, RigidError
 from rigid.io.provenance import running
+from rigid.io.version import __version__
 
 if TYPE_CHECKING:
     from tqdm.auto import tqdm

@@ -9,7 +9,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from rigid import __version__
+from rigid.io.version import __version__
 
 PACKAGES = ("jax", "diffrax", "optimistix", "equinox", "emcee", "arviz", "numpy", "scipy", "xarray")
 

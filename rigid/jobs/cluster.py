@@ -14,8 +14,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rigid import __version__
 from rigid.io.errors import EnvironmentFaultError
+from rigid.io.version import __version__
 from rigid.jobs.work import Done, carry_out
 
 if TYPE_CHECKING:

@@ -9,10 +9,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rigid import __version__
 from rigid.io.cli import Options, progress, reach
 from rigid.io.errors import InputError
 from rigid.io.files import replacing
+from rigid.io.version import __version__
 from rigid.jobs.cluster import Order, client_of, over
 from rigid.jobs.job import Job, contents, order
 from rigid.jobs.rows import append, begin, read_rows

@@ -12,9 +12,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rigid import __version__
 from rigid.io.errors import RigidError
 from rigid.io.runtime import prepare
+from rigid.io.version import __version__
 from rigid.jobs.job import Given, digest, under
 from rigid.jobs.memory import resident, shed
 

@@ -14,10 +14,10 @@ from rigid.effects import AbstractEffect
 from rigid.kinds.base import Solver
 from rigid.likelihood.parameters import Scoped
 from rigid.likelihood.tracks import Track
+from rigid.physics import full, inverse, release, slow, staggered
+from rigid.physics.drive import Drive, Drives, side_by_side
 from rigid.physics.rig import Rig, build_rig
-from rigid.solve import full, inverse, release, slow, staggered
-from rigid.solve.drive import Drive, Drives, side_by_side
-from rigid.solve.strap import REACH, abrupt, edges, lattice, let_go
+from rigid.physics.strap import REACH, abrupt, edges, lattice, let_go
 
 PUMP_ANGLE = "pump_angle"
 """Angle [rad] at which the pump stood when a record began; a number of each record's own."""
@@ -192,7 +192,7 @@ class ReleaseGrid(AbstractGrid):
     def _gradual(self, rig: Rig, preload: Array, delay: Array, law: Array) -> Array:
         """Acceleration where straps take their time; records begin REACH samples before the onset.
 
-        - `law`: as `rigid.solve.strap.edges` gives it.
+        - `law`: as `rigid.physics.strap.edges` gives it.
         """
         samples = max(self.sizes)
         if self.tolerance is not None:

@@ -15,8 +15,8 @@ from scipy.interpolate import make_interp_spline
 from scipy.signal import butter, firwin, sosfiltfilt
 
 from rigid.io.errors import InputError
+from rigid.physics.inverse import Along
 from rigid.records.record import Channel, Record, longest_step
-from rigid.solve.inverse import Along
 
 SMOOTHER = 2.0
 """Corner of the Butterworth filter over that of the low-pass, which then is what limits."""

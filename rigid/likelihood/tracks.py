@@ -14,10 +14,10 @@ from rigid.io.errors import InputError
 from rigid.kinds import KINDS, RecordKind, require_kind
 from rigid.kinds.base import Solver
 from rigid.likelihood.motion import lay
+from rigid.physics.drive import Drive, require_apart, roomy
+from rigid.physics.inverse import Along
+from rigid.physics.strap import REACH
 from rigid.records.record import Record
-from rigid.solve.drive import Drive, require_apart, roomy
-from rigid.solve.inverse import Along
-from rigid.solve.strap import REACH
 
 JUMP_FRACTION = 0.2
 """A release is where the acceleration first exceeds this fraction of its greatest magnitude ..."""

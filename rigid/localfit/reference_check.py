@@ -19,7 +19,7 @@ from rigid.likelihood.groups import AbstractGroup
 from rigid.localfit.families import quiet_values, read
 from rigid.localfit.hypothesis import Hypothesis
 from rigid.localfit.local import Local
-from rigid.solve.full import TOLERANCE
+from rigid.physics.full import TOLERANCE
 
 
 def against_reference(local: Local, seed: int, tolerance: float = TOLERANCE) -> SolverCheck | None:

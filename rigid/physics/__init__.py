@@ -1,1 +1,1 @@
-"""The rig as equations of motion, what its sensors read, and closed forms of the paper."""
+"""The rig as equations of motion, its trajectories, what its sensors read, closed forms."""

@@ -17,7 +17,7 @@ from jaxtyping import Complex, Float, Int
 from rigid.effects.base import AbstractEffect
 from rigid.effects.pump_curve import HALF_DROP, MEAN_FLOW
 from rigid.physics.rig import CORE_SCALES, FREE, build_rig
-from rigid.solve.step_matrices import jacobian
+from rigid.physics.step_matrices import jacobian
 
 WATCHED = 0.04
 """Seconds over which the strongest oscillation is judged; the impulses of Fig. 8 last as long."""

@@ -6,8 +6,8 @@ import platform
 from collections.abc import Iterable
 from typing import Any
 
-from rigid import __version__
 from rigid.io.provenance import commit, invocation, versions
+from rigid.io.version import __version__
 from rigid.report.content import Provenance
 from rigid.spec import Spec
 

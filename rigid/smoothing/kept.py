@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rigid import __version__
 from rigid.inference.reference_check import SensorError, SolverCheck
+from rigid.io.version import __version__
 from rigid.plots.figure import Illustration
 from rigid.smoothing.budget import Line
 from rigid.smoothing.events import Fall, Turn

@@ -20,7 +20,7 @@ from jax import Array
 
 from rigid.physics.rig import Rig, Surroundings
 from rigid.physics.sensors import readings
-from rigid.solve.step_matrices import step_matrix
+from rigid.physics.step_matrices import step_matrix
 
 LATENT_SCALES = (1e3, 1e5, 1e-1)
 """Typical size of the ice load [N], its slope [N/s] and kappa [-]."""

@@ -16,6 +16,7 @@ import numpy as np
 from jax import Array
 
 from rigid.inference.reference_check import SensorError, SolverCheck
+from rigid.physics.full import TOLERANCE, driven
 from rigid.physics.rig import Rig, Surroundings
 from rigid.physics.sensors import UNITS, readings
 from rigid.smoothing.field import Field, liveliest
@@ -24,7 +25,6 @@ from rigid.smoothing.laws import Law, draws
 from rigid.smoothing.model import LATENT_SCALES, QUANTITIES, scales
 from rigid.smoothing.run import Way
 from rigid.smoothing.smoother import STEPS, Draws, Evidence, filtered, last_state, smoothed
-from rigid.solve.full import TOLERANCE, driven
 from rigid.spec.sheets import SensorSpec
 
 WINDOW = 2

@@ -1,10 +1,10 @@
 """What is missing from a study's model: the search, the workflow, and what came of them."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Generic, TypeVar
 
 from rigid.discovery.signatures import KEPT
 from rigid.discovery.unmodelled import SORTS
@@ -33,8 +33,7 @@ from rigid.report.section import write_report
 from rigid.report.usability import optimum, residuals_of
 from rigid.spec import Spec, parse_spec
 
-if TYPE_CHECKING:
-    from rigid.study.study import Study
+Opened = TypeVar("Opened")
 
 STARTS = 8
 """Starts of the search, at most: mostly the first two agree."""
@@ -56,11 +55,12 @@ class Question:
 
 
 @dataclass(frozen=True, eq=False)
-class Discovery:
+class Discovery(Generic[Opened]):
     """What was found missing.
 
     - `question`; `outcome`: all that was weighed; `seed`.
     - `starts`: whether starts of the search agreed.
+    - `opened`: what makes a study of a spec.
     - `folder`: where the files are to lie; None: nowhere, files are named from the spec's folder.
     """
 
@@ -68,6 +68,7 @@ class Discovery:
     outcome: Outcome
     seed: int
     starts: Check
+    opened: Callable[[Spec], Opened]
     folder: Path | None = None
 
     @property
@@ -81,16 +82,14 @@ class Discovery:
         return self.result["steps"]
 
     @property
-    def extended(self) -> "Study | None":
+    def extended(self) -> Opened | None:
         """The study of the spec with the effects that were found; None where none was."""
-        from rigid.study.study import Study
-
         if not self._extends:
             return None
         folder = self._spec.path.parent
         text = output.extended_spec(self._spec, self.outcome, folder)
         name = f"{self._spec.path.stem}-{output.SPEC_NAME}"
-        return Study(parse_spec(text, folder / name))
+        return self.opened(parse_spec(text, folder / name))
 
     @cached_property
     def solver(self) -> SolverCheck | None:
@@ -175,9 +174,12 @@ def candidates(spec: Spec, problem: Problem) -> tuple[type[AbstractEffect], ...]
     )
 
 
-def answer(asked: Question, seed: int, options: Options) -> Discovery:
+def answer(
+    asked: Question, seed: int, options: Options, opened: Callable[[Spec], Opened]
+) -> Discovery[Opened]:
     """Search the best fit of the model as specified, and run the workflow from there.
 
+    - `opened`: what makes a study of a spec.
     - `options`: `out` is the folder that keeps what takes long, None: none does.
     """
     spec = asked.spec
@@ -187,7 +189,7 @@ def answer(asked: Question, seed: int, options: Options) -> Discovery:
     best = found.z, found.standard
     outcome = work(asked.problem, best, asked.effects, given_laws(spec), running)
     shelf.clear(KEPT)  # tens of megabytes that only a run under way needs
-    return Discovery(asked, outcome, seed, _agreement(found), options.out)
+    return Discovery(asked, outcome, seed, _agreement(found), opened, options.out)
 
 
 def _agreement(found: Best) -> Check:

@@ -183,11 +183,11 @@ class Study:
         seed: int | None = None,
         resume: bool = False,
         quiet: bool = False,
-    ) -> Discovery:
+    ) -> "Discovery[Study]":
         """Find where model and records disagree, name the missing effect and add it."""
         options, asked = self._options(out, seed, resume, quiet), self.question
         with self._running("discover"), _held(out):
-            found = answer(asked, self._seed(seed), options)
+            found = answer(asked, self._seed(seed), options, Study)
             if out is not None:
                 found.write()
         return found

@@ -88,7 +88,7 @@ def rows(bench: Bench) -> list[Row]:
         errors = [e for e in tried if e.ended]
         size, said = told(errors)
         seconds = float(np.median([e.seconds for e in errors]))
-        against = f"`rigid.solve.full` at {TOLERANCE:g}, {len(errors)} draws from the {name}"
+        against = f"`rigid.physics.full` at {TOLERANCE:g}, {len(errors)} draws from the {name}"
         notes = (
             f"tenths of a step: {said}",
             f"the accelerometer's step is taken as {COUNT:.4f} m/s^2; the full solve took "

@@ -20,10 +20,10 @@ from rigid.inference.search import search_from
 from rigid.likelihood.marginal import marginal_likelihood
 from rigid.likelihood.parameters import Scoped
 from rigid.likelihood.problem import Problem
+from rigid.physics.full import integrate
+from rigid.physics.rest import rest_under
 from rigid.physics.rig import Rig, Surroundings, build_rig
 from rigid.physics.sensors import readings
-from rigid.solve.full import integrate
-from rigid.solve.rest import rest_under
 
 TOLERANCE = 1e-6
 STEP, WARM_UP = 0.02, 100

@@ -1,6 +1,6 @@
 """The full solve (diffrax on the rig's own equations) of any record, by one compiled program.
 
-`rigid.solve.full.simulate` compiles a program for every record; here sample times are padded to
+`rigid.physics.full.simulate` compiles a program for every record; here sample times are padded to
 one length, so that all stretches of all records share it.
 """
 
@@ -14,10 +14,10 @@ from rigid.likelihood.groups import flow_label
 from rigid.likelihood.parameters import Scoped
 from rigid.likelihood.problem import Problem
 from rigid.likelihood.tracks import Track
+from rigid.physics.full import integrate
+from rigid.physics.rest import rest_under
 from rigid.physics.rig import Rig, Surroundings, build_rig
 from rigid.physics.sensors import Readings, readings
-from rigid.solve.full import integrate
-from rigid.solve.rest import rest_under
 
 ROOM = 1280
 """Samples of a stretch, at most."""

@@ -17,11 +17,11 @@ from rigid.effects import CATALOGUE
 from rigid.physics import characteristic as ch
 from rigid.physics.rig import FREE, Rig, Surroundings, build_rig
 from rigid.physics.sensors import readings
+from rigid.physics.step_matrices import jacobian
 from rigid.published.walk.claims import free_run
 from rigid.published.walk.constants import Constants, Values, nominal, two_masses
 from rigid.published.walk.items import Explanation, Item
 from rigid.published.walk.numbers import Numbers
-from rigid.solve.step_matrices import jacobian
 
 BASE = ("load-cell-spring", "oil-compressibility", "viscous-friction", "pump-curve")
 

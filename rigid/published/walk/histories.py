@@ -13,12 +13,12 @@ import numpy as np
 
 from rigid.effects import CATALOGUE
 from rigid.effects.base import AbstractEffect
+from rigid.physics.release import ring
 from rigid.published.catalogue import TRANSFER
 from rigid.published.walk.constants import Constants, nominal
 from rigid.published.walk.equations import BASE, base_rig
 from rigid.published.walk.numbers import Numbers
 from rigid.published.walk.solving import History, Run, Stretch, loaded, run
-from rigid.solve.release import ring
 
 SOLVED = 12
 """Draws of the constants for which a figure is solved, beside the printed ones."""

@@ -12,10 +12,10 @@ from jax import Array
 from jaxtyping import Float
 
 from rigid.effects.base import AbstractEffect, Action, State
+from rigid.physics.full import integrate
+from rigid.physics.rest import rest_under
 from rigid.physics.rig import Rig, Surroundings, build_rig
 from rigid.published.walk.constants import Constants
-from rigid.solve.full import integrate
-from rigid.solve.rest import rest_under
 
 History = tuple[np.ndarray, np.ndarray]
 """Times [s], rising, and the load [N] on the plate there, compression positive."""

@@ -5,12 +5,12 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
-from rigid import __version__
 from rigid.effects import AbstractEffect
 from rigid.inference.calibrate import Calibrated
 from rigid.inference.summary import Result
 from rigid.io.files import write_text
 from rigid.io.provenance import commit
+from rigid.io.version import __version__
 from rigid.kinds import KINDS
 from rigid.plots import metrology
 from rigid.report import wording

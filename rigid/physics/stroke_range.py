@@ -14,9 +14,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from rigid.physics.drive import Drives
 from rigid.physics.rig import Rig, Surroundings
-from rigid.solve.drive import Drives
-from rigid.solve.step_matrices import mean_growth
+from rigid.physics.step_matrices import mean_growth
 
 PARTS = 16
 """Steps a stretch of the valve's programme; the pump's flow changes with pressure within it."""

@@ -6,7 +6,7 @@ jump. a = b = 0 is logistic, a = b = 1 linear, b = 0 with a large a exponential.
 Kollia, Mudholkar and Lin 1988, Communications in Statistics 17(10), the generalised lambda law.
 
 A rig that swings free is as good as linear, so what a gradual release does is the mean of what
-sudden ones do (`rigid.solve.release`) over the instants of the law. Those that are whole samples
+sudden ones do (`rigid.physics.release`) over the instants of the law. Those that are whole samples
 apart are had from one simulation. Between them the mean is interpolated, after what a sudden
 release does abruptly has been taken out: its jump, and the relaxation just after, which are
 averaged exactly.
@@ -20,9 +20,9 @@ import numpy as np
 from jax import Array
 from jax.typing import ArrayLike
 
+from rigid.physics.rest import rest_under
 from rigid.physics.rig import FREE, Rig
 from rigid.physics.sensors import readings
-from rigid.solve.rest import rest_under
 
 GONE = np.concatenate([[0.0, 0.01, 0.03], np.linspace(0.06, 0.94, 17), [0.97, 0.99, 1.0]])
 """Shares of the preload between which the force falls linearly in time."""

@@ -9,10 +9,10 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
+from rigid.physics.drive import STRIDE, Plan
 from rigid.physics.rig import Rig, Surroundings
-from rigid.solve.drive import STRIDE, Plan
-from rigid.solve.step_matrices import DOUBLINGS, doubled, jacobian, step_matrix
-from rigid.solve.stroke_range import Strokes
+from rigid.physics.step_matrices import DOUBLINGS, doubled, jacobian, step_matrix
+from rigid.physics.stroke_range import Strokes
 
 HALVINGS = 2
 PARTS = 2**HALVINGS

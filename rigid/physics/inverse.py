@@ -25,7 +25,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from rigid.effects.base import AbstractEffect, Action, Seen, State
-from rigid.solve.step_matrices import mean_growth
+from rigid.physics.step_matrices import mean_growth
 
 Own = tuple[tuple[Array, ...], ...]
 

@@ -18,12 +18,12 @@ import optimistix
 from jax import Array
 from jax.typing import ArrayLike
 
+from rigid.physics.delay import READ
+from rigid.physics.drive import EDGE, STRIDE, Drives
+from rigid.physics.rest import rest_under
 from rigid.physics.rig import FREE, Rig, Surroundings
 from rigid.physics.sensors import Readings, readings
-from rigid.solve.delay import READ
-from rigid.solve.drive import EDGE, STRIDE, Drives
-from rigid.solve.rest import rest_under
-from rigid.solve.strap import GONE
+from rigid.physics.strap import GONE
 
 Tree = TypeVar("Tree")
 
@@ -306,7 +306,7 @@ def let_go(
 ) -> Array:
     """Acceleration of the plate when the strap's force falls by a law, (samples, tracks, walkers).
 
-    - `law` (edges, tracks, walkers) [s]: as `rigid.solve.strap.edges` gives it.
+    - `law` (edges, tracks, walkers) [s]: as `rigid.physics.strap.edges` gives it.
     - `sampled`: time of the first sample after the release time (tracks, walkers), interval [s].
     """
     walkers, (first, interval) = preload.shape[1], sampled

@@ -4,10 +4,10 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
+from rigid.physics.rest import rest_under
 from rigid.physics.rig import FREE, Rig
 from rigid.physics.sensors import readings
-from rigid.solve.rest import rest_under
-from rigid.solve.step_matrices import apply, jacobian, step_matrix
+from rigid.physics.step_matrices import apply, jacobian, step_matrix
 
 NODE = 1e-3
 """Stroke [m] of the second node of interpolation; a release moves the plunger by tenths of it."""
@@ -19,8 +19,8 @@ def ring(rig: Rig, preload: Array, delay: Array, interval: float, samples: int) 
     - `preload` (tracks, walkers) [N]; `delay` (tracks, walkers) [s]: from release to first sample.
     - `interval` [s]: between samples.
 
-    A step is y + Phi f(y) as in `rigid.solve.step_matrices`: the oil column follows the plunger, f
-    in the middle of the step and Phi interpolated between two strokes.
+    A step is y + Phi f(y) as in `rigid.physics.step_matrices`: the oil column follows the plunger,
+    f in the middle of the step and Phi interpolated between two strokes.
     """
     columns = rig.column + jnp.asarray([0.0, NODE])[:, None]
     matrix = jacobian(rig, FREE, columns)

@@ -16,13 +16,13 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from rigid.physics.delay import in_motion, on_record, stepped, with_late
+from rigid.physics.drive import STRIDE, Drives, Plan, plan
+from rigid.physics.rest import rest_under
 from rigid.physics.rig import Rig, Surroundings
-from rigid.solve.delay import in_motion, on_record, stepped, with_late
-from rigid.solve.drive import STRIDE, Drives, Plan, plan
-from rigid.solve.rest import rest_under
-from rigid.solve.stage_switch import STEEP, Flow, bends, flow_at, mean_excess
-from rigid.solve.step_tables import FINER, PARTS, Tables, bulge, tables
-from rigid.solve.stroke_range import Strokes, foreseen
+from rigid.physics.stage_switch import STEEP, Flow, bends, flow_at, mean_excess
+from rigid.physics.step_tables import FINER, PARTS, Tables, bulge, tables
+from rigid.physics.stroke_range import Strokes, foreseen
 
 SMOOTH = (1.0, 5e-7, 100.0)
 """Load [N], stroke [m] and pressure [Pa], some hundredths of a tenth of the sensors' steps: a rig

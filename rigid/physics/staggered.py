@@ -19,13 +19,13 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
+from rigid.physics.delay import on_record, stepped
+from rigid.physics.drive import Drives, Plan, plan
+from rigid.physics.release import NODE
+from rigid.physics.rest import rest_under
 from rigid.physics.rig import CORE_SCALES, FREE, Rig, Surroundings
-from rigid.solve.delay import on_record, stepped
-from rigid.solve.drive import Drives, Plan, plan
-from rigid.solve.release import NODE
-from rigid.solve.rest import rest_under
-from rigid.solve.step_matrices import apply, mean_growth, step_matrix
-from rigid.solve.stroke_range import Strokes, foreseen
+from rigid.physics.step_matrices import apply, mean_growth, step_matrix
+from rigid.physics.stroke_range import Strokes, foreseen
 
 SUBSTEPS, WITH_BRISTLES, RELEASE_SUBSTEPS = 16, 24, 4
 """Steps a sample of slow records, without and with dry friction, and of releases: 0.6, 0.4 and

@@ -1,1 +1,0 @@
-"""Ways to a trajectory: an exponential integrator, and diffrax as the reference for it."""
