@@ -58,15 +58,15 @@ class Piece:
         """Times [s] at which the piece is not smooth; the solver restarts there."""
         return ()
 
-    def during(self, start: float, end: float) -> "Piece":  # noqa: ARG002 - for subclasses
+    def during(self, start: float, end: float) -> "Piece":
         """Give the piece as it is between two neighbouring breaks, smooth up to both ends."""
         return self
 
-    def act(self, t: float, motion: Motion, own: list[float]) -> Action:  # noqa: ARG002
+    def act(self, t: float, motion: Motion, own: list[float]) -> Action:
         """Forces and flow at time t; `own` holds the states that the piece keeps."""
         return Action()
 
-    def read(self, seen: Seen, readings: dict[str, np.ndarray]) -> dict[str, np.ndarray]:  # noqa: ARG002
+    def read(self, seen: Seen, readings: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Distort what perfect sensors would have read (channel -> SI values)."""
         return readings
 
@@ -74,7 +74,7 @@ class Piece:
         """By how much [s] channels are read late (channel -> time, negative: early)."""
         return {}
 
-    def within(self, rig: "Rig", run: "Run") -> "tuple[Piece, ...]":  # noqa: ARG002
+    def within(self, rig: "Rig", run: "Run") -> "tuple[Piece, ...]":
         """Give the pieces that stand for this one in a run; a cause may be absent from some."""
         return (self,)
 

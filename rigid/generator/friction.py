@@ -28,7 +28,7 @@ class Friction(Piece):
     states = 2
 
     @no_type_check  # see Plant.rates
-    def act(self, t: float, motion: Motion, own: list[float]) -> Action:  # noqa: ARG002
+    def act(self, t: float, motion: Motion, own: list[float]) -> Action:
         """Resist the sliding of plunger in cylinder, equal and opposite on the two."""
         stroke = motion.x_pl - motion.x_hc
         force_1 = self.mu_1 / self.tau_1 * (stroke - own[0])

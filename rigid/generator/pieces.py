@@ -40,7 +40,7 @@ class Pump(Piece):
         return replace(self, untils=(end,), fractions=(self.fractions[index],))
 
     @no_type_check  # see Plant.rates
-    def act(self, t: float, motion: Motion, own: list[float]) -> Action:  # noqa: ARG002
+    def act(self, t: float, motion: Motion, own: list[float]) -> Action:
         """Flow into the chamber."""
         return Action(flow=self.fractions[0] * pump_flow(motion.p))
 
@@ -52,7 +52,7 @@ class Frame(Piece):
     stiffness: float
 
     @no_type_check  # see Plant.rates
-    def act(self, t: float, motion: Motion, own: list[float]) -> Action:  # noqa: ARG002
+    def act(self, t: float, motion: Motion, own: list[float]) -> Action:
         """Push back on the plunger."""
         return Action(on_plunger=-self.stiffness * motion.x_pl)
 
@@ -74,7 +74,7 @@ class Ice(Piece):
         return Ice((start, end), (first, last))
 
     @no_type_check  # see Plant.rates
-    def act(self, t: float, motion: Motion, own: list[float]) -> Action:  # noqa: ARG002
+    def act(self, t: float, motion: Motion, own: list[float]) -> Action:
         """Push back on the plunger."""
         if len(self.times) > 2:  # not cut to a stretch: where the rig rests before a record begins
             return Action(on_plunger=-float(np.interp(t, self.times, self.loads)))

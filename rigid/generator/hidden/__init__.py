@@ -12,8 +12,14 @@ from rigid.generator.core import Run
 from rigid.generator.hidden.base import Hidden
 from rigid.generator.hidden.dry import Coulomb, LuGre, PressureDependent, Stribeck
 from rigid.generator.hidden.flow import PumpSlip, Ripple, StageSwitch, ValveDribble, ValveEvent
-from rigid.generator.hidden.forces import BackwardViscosity, ConstantForce, Memory, ReturnSpring
-from rigid.generator.hidden.oil import Air, EffectiveArea, Leakage
+from rigid.generator.hidden.forces import (
+    BackwardViscosity,
+    ConstantForce,
+    Memory,
+    ReturnSpring,
+    RoughBore,
+)
+from rigid.generator.hidden.oil import Air, EffectiveArea, Leakage, OilStiffening
 from rigid.generator.hidden.sensing import (
     ClockOffset,
     GaugeJump,
@@ -24,47 +30,22 @@ from rigid.generator.hidden.sensing import (
     StrokeWave,
 )
 from rigid.generator.hidden.structure import GuideDrag, RootPlate, Slack, Stiffening
-from rigid.generator.hidden.unknown import OilStiffening, RoughBore
 
-CATALOGUED: dict[str, type[Hidden]] = {
-    cause.name: cause
-    for cause in (
-        Coulomb,
-        Stribeck,
-        LuGre,
-        Memory,
-        PressureDependent,
-        ReturnSpring,
-        EffectiveArea,
-        Leakage,
-        Air,
-        HoseDrop,
-        StageSwitch,
-        Ripple,
-        ValveEvent,
-        Stiffening,
-        RootPlate,
-        Slack,
-        StrokeLag,
-        LoadDrift,
-        ClockOffset,
-        ConstantForce,
-        BackwardViscosity,
-    )
-}
-OUTSIDE: dict[str, type[Hidden]] = {
-    cause.name: cause
-    for cause in (
-        RoughBore,
-        GuideDrag,
-        OilStiffening,
-        PumpSlip,
-        ValveDribble,
-        GaugeJump,
-        StrokeWave,
-        LoadCreep,
-    )
-}
+
+def _by_name(*causes: type[Hidden]) -> dict[str, type[Hidden]]:
+    return {cause.name: cause for cause in causes}
+
+
+CATALOGUED = _by_name(
+    *(Coulomb, Stribeck, LuGre, Memory, PressureDependent, ReturnSpring),
+    *(EffectiveArea, Leakage, Air, HoseDrop, StageSwitch, Ripple, ValveEvent),
+    *(Stiffening, RootPlate, Slack, StrokeLag, LoadDrift, ClockOffset),
+    *(ConstantForce, BackwardViscosity),
+)
+OUTSIDE = _by_name(
+    *(RoughBore, GuideDrag, OilStiffening, PumpSlip, ValveDribble, GaugeJump),
+    *(StrokeWave, LoadCreep),
+)
 HIDDEN = CATALOGUED | OUTSIDE
 
 
