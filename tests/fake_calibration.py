@@ -131,7 +131,7 @@ def draws():
     )
     symbols = ("k_{LC}", r"\mu(0)", r"|\mu|(80)", r"k_{oil}", r"L_0")
     units = ("N/m", "N s/m", "N s/m", "Pa", "m")
-    return c.Draws(symbols, units, values, (6e7, 1.35e6, 3.7e3, 2e9, None))
+    return c.ParameterDraws(symbols, units, values, (6e7, 1.35e6, 3.7e3, 2e9, None))
 
 
 def trace(symbol, unit, centre, spread, seed):

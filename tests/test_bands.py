@@ -32,13 +32,13 @@ from rigid.smoothing.field import BLOCK, Field, read_fields
 from rigid.smoothing.finished import Finished
 from rigid.smoothing.kalman import Backward, Filtered, Shown, Smoothed
 from rigid.smoothing.latent import calm
-from rigid.smoothing.laws import Law, read_law, read_laws, sheet
+from rigid.smoothing.laws import RigModel, read_law, read_laws, sheet
 from rigid.smoothing.learning import Learned, Sheet
 from rigid.smoothing.model import QUANTITIES, Calibration
 from rigid.smoothing.reference_check import against_reference
 from rigid.smoothing.run import Band, Bands, Way
 from rigid.smoothing.run import bands as run_bands
-from rigid.smoothing.smoother import Draws, Evidence, Keeping
+from rigid.smoothing.smoother import DrawBatch, Evidence, Keeping
 from rigid.spec import load_spec
 from rigid.study.bands import smoothing
 
@@ -302,7 +302,7 @@ def test_a_test_that_is_done_comes_back_as_it_was(tmp_path):
 
 def test_another_seed_record_or_law_is_another_run():
     field, _ = known_by_hand(np.arange(8.0), np.zeros(8))
-    law = Law("memory", 1.0, (), {"k_LC": np.ones(3)})
+    law = RigModel("memory", 1.0, (), {"k_LC": np.ones(3)})
     first = kept.mark([field], [law], 1)
     assert first == kept.mark([field], [dataclasses.replace(law)], 1)
     others = [
@@ -389,7 +389,7 @@ def peak_memory(monkeypatch, draws, blocks):
     field, learned = known_by_hand(load, np.zeros(len(load)))
     rows = np.arange(0, (len(load) - 1) * 4, 16)
     test = paths.Test((field,), (learned,), rows, (learned.evidence,))
-    law = Law("memory", 1.0, (), {"k_LC": np.ones(draws), "gain[load,B]": np.zeros(draws)})
+    law = RigModel("memory", 1.0, (), {"k_LC": np.ones(draws), "gain[load,B]": np.zeros(draws)})
     monkeypatch.setattr(paths, "Back", Flat)
     monkeypatch.setattr(paths, "draws", lambda some, _: some.size)
     tracemalloc.start()
@@ -427,9 +427,9 @@ class Sum:
 
     def block(self, number):
         rng = np.random.default_rng([self.seed, number])
-        series = rng.standard_normal((self.wide, BLOCK, 4, 3)) + self.later.pull[:, None, None]
+        series = rng.standard_normal((self.wide, BLOCK, 4, 3)) + self.later.adjoint[:, None, None]
         more = series.mean(axis=(1, 2, 3))[:, None]
-        self.later = self.later._replace(pull=self.later.pull + more)
+        self.later = self.later._replace(adjoint=self.later.adjoint + more)
         return Smoothed(series, series, series[..., 0, :], Shown(series, series**2, series, series))
 
 
@@ -439,7 +439,7 @@ def test_draws_go_on_where_they_were_stopped_to_the_bit(tmp_path, monkeypatch):
     field, learned = known_by_hand(load, np.zeros(len(load)))
     rows = np.arange(0, (len(load) - 1) * 4, 16)
     test = paths.Test((field,), (learned,), rows, (learned.evidence,))
-    law = Law("memory", 1.0, (), {"k_LC": np.ones(40), "gain[load,B]": np.zeros(40)})
+    law = RigModel("memory", 1.0, (), {"k_LC": np.ones(40), "gain[load,B]": np.zeros(40)})
     monkeypatch.setattr(paths, "Back", Sum)
     monkeypatch.setattr(paths, "draws", lambda some, _: some.size)
     shelf = Shelf(tmp_path, {"seed": "1"}, reads=True)
@@ -511,7 +511,7 @@ def test_scales_are_compared_where_the_load_moves_most(monkeypatch):
     reading = np.stack([load, 0 * load, 0 * load], axis=1)
     field = Field("press", "B", "", 2.0, 0.01, reading, np.ones_like(reading))
     nothing = jnp.zeros((3, 1))
-    centre = Draws(build_rig(effects(), NOMINAL), Calibration(nothing, nothing))
+    centre = DrawBatch(build_rig(effects(), NOMINAL), Calibration(nothing, nothing))
     sheet = Sheet(np.ones(3), np.ones(3))
     part, state = learning._liveliest(field, centre, sheet)
     assert part.samples == 16 * BLOCK

@@ -20,13 +20,13 @@ from rigid.friction.comparison import (
     CANNOT_TELL,
     LAW,
     TIED,
-    Odds,
+    ModelEvidence,
     compare,
     next_record,
     probabilities,
     verdict_of,
 )
-from rigid.friction.fits import Fitted, Programs
+from rigid.friction.fits import FittedModels, Programs
 from rigid.friction.models import (
     BRISTLES,
     COULOMB,
@@ -35,7 +35,7 @@ from rigid.friction.models import (
     SEAL,
     STRIBECK,
     VISCOUS,
-    Law,
+    FrictionModel,
     laws,
     without_friction,
 )
@@ -59,7 +59,7 @@ from rigid.localfit.families import Family, families
 from rigid.localfit.hypothesis import Hypothesis
 from rigid.localfit.integral import Amplitude, evidence, shape
 from rigid.localfit.leave_one_out import Judged, left_out, units
-from rigid.localfit.local import Local
+from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import data_of, lay_out, terms
 from rigid.localfit.scatter import CAMPAIGNS, Judge, Scattered, scattered
 from rigid.localfit.trust_region import Model, moved_within, promised, solved
@@ -97,11 +97,11 @@ def problem(seed: int, **truth: float) -> Problem:
     return Problem(group.effects, listed, (group,), make_pieces((group,), series, SHEETS))
 
 
-CONSTANT = Law(VISCOUS, False, None, {"mu_branch[1]": 0.0, "mu_branch[2]": 0.0})
-ONE_BRANCH = Law(WITH_MEMORY, True, None, {"mu_branch[2]": 0.0})
+CONSTANT = FrictionModel(VISCOUS, False, None, {"mu_branch[1]": 0.0, "mu_branch[2]": 0.0})
+ONE_BRANCH = FrictionModel(WITH_MEMORY, True, None, {"mu_branch[2]": 0.0})
 
 
-def fits(made: Problem) -> tuple[Family, dict[str, Local]]:
+def fits(made: Problem) -> tuple[Family, dict[str, LocalFit]]:
     """Constant friction and one branch of memory, each at its best."""
     family = families(made, (), together=True)[0]
     out = {}
@@ -113,11 +113,11 @@ def fits(made: Problem) -> tuple[Family, dict[str, Local]]:
 
 
 @pytest.fixture(scope="module")
-def plain() -> tuple[Family, dict[str, Local]]:
+def plain() -> tuple[Family, dict[str, LocalFit]]:
     return fits(problem(500))
 
 
-def amplitude(local: Local) -> dict:
+def amplitude(local: LocalFit) -> dict:
     known = {p.label: p.law for p in local.hypothesis.parameters}
     return {k: known[k] for k in ("mu_branch[1]",) if k in known}
 
@@ -256,7 +256,7 @@ def test_without_the_occam_factor_the_larger_law_wins_where_it_is_not_needed():
     assert wrong[0] > np.log(2.0) > right[0]
 
 
-def held_at(family: Family, made: Problem, value: float, at: Local) -> Local:
+def held_at(family: Family, made: Problem, value: float, at: LocalFit) -> LocalFit:
     """The law with one branch, the branch held at a value, fitted from another fit of it on."""
     hypothesis = Hypothesis(made, held=dict(ONE_BRANCH.held) | {"mu_branch[1]": value})
     keep = np.array([label != "mu_branch[1]" for label in at.hypothesis.labels])
@@ -310,7 +310,7 @@ def test_a_valley_that_is_bent_in_logarithms_is_walked_in_a_few_turns(plain, mon
     begun = expand(Program(family), prior_starts(like.hypothesis, like.layout, 1, 0))
     ends = descended(Program(family), begun, 6)
     assert promised(ends[0]) < CLOSE
-    monkeypatch.setattr(stepping, "bent_of", lambda local: np.zeros(len(local.w)))
+    monkeypatch.setattr(stepping, "log_factors_of", lambda local: np.zeros(len(local.w)))
     bent = descended(Program(family), begun, 6)
     assert bent[0].value < ends[0].value - 100.0
 
@@ -413,14 +413,14 @@ def test_slopes_of_a_steady_rig_are_derivatives(plain):
     local = found[WITH_MEMORY]
     exact = expanded(family, Point.beside(local, local.w))
     assert local.value == pytest.approx(exact.value, abs=1e-6)
-    scale = np.sqrt(exact.terms.bend)[:, None]
+    scale = np.sqrt(exact.terms.curvature)[:, None]
     size = np.linalg.norm(scale * exact.design, axis=0).max()
     off = np.linalg.norm(scale * (local.design - exact.design), axis=0).max()
     assert off < 1e-10 * size
     assert local.log_evidence == pytest.approx(exact.log_evidence, abs=1e-5)
 
 
-def rounded(local: Local, rng: np.random.Generator) -> np.ndarray:
+def rounded(local: LocalFit, rng: np.random.Generator) -> np.ndarray:
     """Scores (n,) of a campaign that a fit makes, at its readings: noise, and the converter."""
     layout = local.layout
     sheets = [p.sheet for p in layout.problem.pieces for _ in p.tracks]
@@ -488,7 +488,7 @@ def test_errors_are_what_differences_scatter_by(plain):
 def test_two_laws_compared_from_fits_to_the_page(plain):
     """All of it but dry friction: where there is no memory the larger law is tied or behind."""
     family, found = plain
-    fitted = Fitted(Programs(Program(family), Program(family)), (CONSTANT, ONE_BRANCH), found)
+    fitted = FittedModels(Programs(Program(family), Program(family)), (CONSTANT, ONE_BRANCH), found)
     compared = compare(fitted, 5)
     first, second = compared.standings
     assert first.law.name == VISCOUS
@@ -509,13 +509,13 @@ def test_two_laws_compared_from_fits_to_the_page(plain):
     assert len(as_csv(made).splitlines()) == 3
 
 
-def odds(law: Law, evidence_: float, tied: bool) -> Odds:
-    return Odds(law, dict.fromkeys(VARIANTS, evidence_), tied)
+def odds(law: FrictionModel, evidence_: float, tied: bool) -> ModelEvidence:
+    return ModelEvidence(law, dict.fromkeys(VARIANTS, evidence_), tied)
 
 
 def test_verdicts():
-    constant = Law(VISCOUS, False)
-    coulomb, seal = Law(COULOMB, False, DRY[0]), Law(SEAL, False, DRY[1])
+    constant = FrictionModel(VISCOUS, False)
+    coulomb, seal = FrictionModel(COULOMB, False, DRY[0]), FrictionModel(SEAL, False, DRY[1])
     first = odds(constant, 0.0, False)
     assert verdict_of([first, odds(coulomb, -9.0, False)]) == LAW
     assert verdict_of([first, odds(coulomb, -9.0, True)]) == TIED
@@ -530,10 +530,10 @@ def test_verdicts():
 
 
 def test_which_law_contains_which():
-    constant, memory = Law(VISCOUS, False), Law(WITH_MEMORY, True)
+    constant, memory = FrictionModel(VISCOUS, False), FrictionModel(WITH_MEMORY, True)
     names = (COULOMB, STRIBECK, BRISTLES, SEAL)
-    beside = {name: Law(name, True, DRY[name == SEAL]) for name in names}
-    dry = {name: Law(name, False, DRY[name == SEAL]) for name in names}
+    beside = {name: FrictionModel(name, True, DRY[name == SEAL]) for name in names}
+    dry = {name: FrictionModel(name, False, DRY[name == SEAL]) for name in names}
     assert all(law.contains(constant) for law in (memory, *dry.values(), *beside.values()))
     assert all(law.contains(memory) for law in beside.values())
     assert not any(law.contains(memory) for law in dry.values())

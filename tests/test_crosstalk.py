@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from rigid.discovery.unmodelled.crosstalk import answering, quantities
-from rigid.localfit.samples import Channel
+from rigid.localfit.samples import ChannelKey
 
 TIME = np.arange(200) * 0.01
 LISTED = ("load", "stroke", "pressure")
 CHANNELS = (
-    *(Channel("free-run-1,A", "free-run", q, f"{q},A", 0.01) for q in LISTED),
-    *(Channel("free-run-2,B", "free-run", q, f"{q},B", 0.01) for q in ("stroke", "pressure")),
-    Channel("release-1,A", "release", "acceleration", "acceleration,A", 0.001),
+    *(ChannelKey("free-run-1,A", "free-run", q, f"{q},A", 0.01) for q in LISTED),
+    *(ChannelKey("free-run-2,B", "free-run", q, f"{q},B", 0.01) for q in ("stroke", "pressure")),
+    ChannelKey("release-1,A", "release", "acceleration", "acceleration,A", 0.001),
 )
 NUMBER = np.repeat(np.arange(len(CHANNELS)), len(TIME))
 EVERY = np.tile(TIME, len(CHANNELS))

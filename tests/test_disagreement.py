@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import binom
 
 from rigid.discovery.disagreement import ALL, Disagreement, Pool, judged, looks
-from rigid.localfit.samples import Channel
+from rigid.localfit.samples import ChannelKey
 from rigid.report.discovery.compared import Compared, sentence, shown, table, told
 from rigid.report.discovery.figures.where import compared_figure
 
@@ -14,7 +14,7 @@ TIME = INTERVAL * np.arange(SAMPLES)
 STATES = {"speed": np.cos(4.0 * TIME), "pressure": np.sin(11.0 * TIME)}
 RECORDS = {f"free-run-{n},A": (f"free-run-{n}", "A") for n in (1, 2)}
 CHANNELS = [
-    Channel(f"free-run-{n},A", "free-run", q, f"{q},A", INTERVAL)
+    ChannelKey(f"free-run-{n},A", "free-run", q, f"{q},A", INTERVAL)
     for n in (1, 2)
     for q in ("load", "pressure")
 ]
@@ -34,7 +34,7 @@ def looked_at(seed: int, change: dict[int, np.ndarray] | None = None) -> tuple[D
         pools[channel.quantity].add(series, STATES)
     for quantity, pool in pools.items():
         together = list(pool.looks())
-        channels += [Channel(ALL, "", quantity, quantity, 0.0)] * len(together)
+        channels += [ChannelKey(ALL, "", quantity, quantity, 0.0)] * len(together)
         tests += together
     return judged(channels, tests)
 

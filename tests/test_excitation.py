@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from rigid.inference.derived import Channel
+from rigid.inference.derived import ChannelDraws
 from rigid.inference.excitation import excited
 
 
-def channel(kind: str, quantity: str, time: np.ndarray, read: np.ndarray) -> Channel:
+def channel(kind: str, quantity: str, time: np.ndarray, read: np.ndarray) -> ChannelDraws:
     same = np.broadcast_to(read, (5, len(read)))
-    return Channel("r", "A", kind, quantity, time, read, same, same, 0.0 * read, 1.0, 0.0)
+    return ChannelDraws("r", "A", kind, quantity, time, read, same, same, 0.0 * read, 1.0, 0.0)
 
 
-def ring(frequency: float, decay: float) -> Channel:
+def ring(frequency: float, decay: float) -> ChannelDraws:
     time = np.arange(0.0, 1.2, 1.0 / 1650.0)
     after = np.maximum(time - 0.05, 0.0)
     velocity = np.sin(2 * np.pi * frequency * after) * np.exp(-after / decay)
@@ -20,7 +20,7 @@ def ring(frequency: float, decay: float) -> Channel:
     return channel("release", "acceleration", time, read)
 
 
-def run(fast: float) -> Channel:
+def run(fast: float) -> ChannelDraws:
     time = np.arange(0.0, 30.0, 0.02)
     return channel("free-run", "stroke", time, fast * np.clip(time - 2.0, 0.0, 20.0))
 

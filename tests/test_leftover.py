@@ -7,7 +7,7 @@ from scipy.signal import lfilter
 
 from rigid.localfit import leftover
 from rigid.localfit.leftover import TRACE_SD, Explaining, noise_laws
-from rigid.localfit.local import Local
+from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import Terms
 
 SAMPLES, CHANNELS, TRACES, RHO = 1000, 12, 40, 0.6
@@ -57,7 +57,7 @@ def test_white_noise_stays_white():
 def test_a_trace_where_no_sample_tells_explains_nothing():
     rng = np.random.default_rng(4)
     bend, design = np.repeat((1.0, 0.0), 100), rng.normal(size=(200, 2))
-    local = object.__new__(Local)
+    local = object.__new__(LocalFit)
     vars(local).update(
         terms=Terms(np.zeros(200), bend * rng.normal(size=200), bend), design=design, w=np.zeros(2)
     )

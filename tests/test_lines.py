@@ -23,9 +23,9 @@ from rigid.localfit.ascent import refined
 from rigid.localfit.expansion import Point, expanded
 from rigid.localfit.families import families
 from rigid.localfit.hypothesis import Hypothesis, start
-from rigid.localfit.local import Local
+from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import lay_out
-from rigid.localfit.signature import traces
+from rigid.localfit.signature import signatures
 
 RIPPLE = CATALOGUE["pump-ripple"]
 CHOICE = (CATALOGUE["piston-leakage"], RIPPLE)
@@ -57,7 +57,7 @@ def campaign(seed: int, amplitude: float) -> Problem:
     return Problem(effects(BASE), listed, groups, make_pieces(groups, series, SHEETS))
 
 
-def fitted(problem: Problem) -> tuple[Local, tuple]:
+def fitted(problem: Problem) -> tuple[LocalFit, tuple]:
     programs = families(problem, CHOICE)
     noise = np.zeros(sum(p.base == "noise" for p in problem.parameters.sampled))
     w = start(problem, np.zeros(problem.parameters.size), np.zeros((len(problem.sensors), 2)))
@@ -75,9 +75,9 @@ def test_each_record_has_its_own_phase_and_the_ripple_is_found():
     local, programs = fitted(campaign(1, 0.05))
     line = lines(Fitted(local, programs), RIPPLE)
     assert line is not None
-    trace = traces(local, programs, [line.candidate(RIPPLE, {})])[:, 0]
-    size = np.sqrt(trace @ (trace * local.terms.bend))
-    strength = trace @ local.terms.score / size
+    signature = signatures(local, programs, [line.candidate(RIPPLE, {})])[:, 0]
+    size = np.sqrt(signature @ (signature * local.terms.curvature))
+    strength = signature @ local.terms.score / size
     # Cramer and Rao: sds of frequency and phase of a line of strength s over a time T are
     # sqrt(12)/(2 pi T s) and, at the middle, 1/s; the phase is told at the start of the record, and
     # each record has half of the strength in squares.

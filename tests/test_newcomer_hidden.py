@@ -195,7 +195,7 @@ from rigid.discovery.fitted import Fitted
 from rigid.discovery.signatures import hidden_signatures
 from rigid.discovery.unmodelled import SORTS
 from rigid.report.discovery import compared, output
-from rigid.report.discovery.present import Run, content
+from rigid.report.discovery.present import Context, content
 from rigid.report.discovery.section import KIND
 from rigid.report.made import made as provenance
 from rigid.report.section import write_report
@@ -205,7 +205,7 @@ problem = screening.campaign(302)
 local, programs = screening.fitted(problem)
 mine = hidden_signatures(Fitted(local, programs), [SORTS["creep"]])
 change = mine.columns @ np.cos(mine.centre / 1000.0)
-change *= 60.0 / np.linalg.norm(change * np.sqrt(local.terms.bend))
+change *= 60.0 / np.linalg.norm(change * np.sqrt(local.terms.curvature))
 layout, pieces = local.layout, []
 for piece in problem.pieces:
     rows = [(c.sensor, n) for n, c in enumerate(layout.channels) if c.quantity == piece.quantity]
@@ -218,7 +218,7 @@ found = outcome.steps[0].explained
 spec = load_spec(Path(sys.argv[1]))
 where = compared.compared(outcome, 0)
 made = output.as_dict(spec, outcome, None) | {"disagreements": compared.told(where)}
-run = Run(provenance(spec, 0, ()), (), where)
+run = Context(provenance(spec, 0, ()), (), where)
 write_report(KIND, content(spec, outcome, made, run), Path(sys.argv[2]))
 print(outcome.verdict, found.likeliest.hidden.sort, made["steps"][0]["where"]["equation"])
 """

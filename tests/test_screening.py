@@ -29,10 +29,10 @@ from rigid.localfit.families import Family, families, quiet_values, sweep
 from rigid.localfit.hidden_inputs import HiddenDrag
 from rigid.localfit.hypothesis import Hypothesis, start, widened
 from rigid.localfit.leave_one_out import Judged, held_out_gap, left_out, units
-from rigid.localfit.local import Local, with_weights
+from rigid.localfit.local import LocalFit, with_weights
 from rigid.localfit.samples import lay_out
 from rigid.localfit.screening import Around, Screening, gram, screen
-from rigid.localfit.signature import lanes_of, traces
+from rigid.localfit.signature import lanes_of, signatures
 from rigid.localfit.weights import facts
 from rigid.localfit.where import where_shown
 from rigid.physics.rig import FREE, build_rig
@@ -71,7 +71,7 @@ def listed():
     return candidates(CHOICE, 2)
 
 
-def fitted(problem: Problem) -> tuple[Local, tuple]:
+def fitted(problem: Problem) -> tuple[LocalFit, tuple]:
     """The base model at its best, from the centre of the prior, and its programs."""
     programs = families(problem, CHOICE)
     noise = np.zeros(sum(p.base == "noise" for p in problem.parameters.sampled))
@@ -82,8 +82,8 @@ def fitted(problem: Problem) -> tuple[Local, tuple]:
 
 def screened(problem: Problem, listed) -> Screening:
     local, programs = fitted(problem)
-    around = Around(local.terms.score, local.terms.bend, local.design, local.gradient)
-    return screen(around, traces(local, programs, listed))
+    around = Around(local.terms.score, local.terms.curvature, local.design, local.gradient)
+    return screen(around, signatures(local, programs, listed))
 
 
 @pytest.mark.slow
@@ -113,9 +113,9 @@ def test_a_run_that_goes_on_reads_its_traces(tmp_path, monkeypatch):
     """To the last bit, and without a simulation."""
     local, programs = fitted(campaign(306))
     made = bench.laid_out(Fitted(local, programs), CHOICE, Shelf(tmp_path))
-    monkeypatch.setattr(bench, "traces", None)
+    monkeypatch.setattr(bench, "signatures", None)
     read = bench.laid_out(Fitted(local, programs), CHOICE, Shelf(tmp_path, reads=True))
-    np.testing.assert_array_equal(made.traces, read.traces)
+    np.testing.assert_array_equal(made.signatures, read.signatures)
     np.testing.assert_array_equal(made.bumps.columns, read.bumps.columns)
     np.testing.assert_array_equal(made.bumps.centre, read.bumps.centre)
     assert made.bumps.target == read.bumps.target
@@ -163,7 +163,7 @@ def test_leaving_records_out_adds_up_to_the_evidence_of_independent_ones():
     expected = []
     for rows in parts:
         columns = design[rows]
-        precision = np.eye(len(local.w)) + columns.T @ (columns * local.terms.bend[rows, None])
+        precision = np.eye(len(local.w)) + columns.T @ (columns * local.terms.curvature[rows, None])
         pull = columns.T @ local.terms.score[rows]
         gain = 0.5 * pull @ np.linalg.solve(precision, pull)
         value = local.terms.value[rows].sum() + gain
@@ -179,7 +179,7 @@ def test_leaving_records_out_adds_up_to_the_evidence_of_independent_ones():
 
 def test_a_spike_does_not_count_and_correlated_noise_counts_less():
     local, programs = fitted(campaign(304))
-    columns = traces(local, programs, candidates(CHOICE, 1))
+    columns = signatures(local, programs, candidates(CHOICE, 1))
     clean = facts(local, columns)
     residual = local.residual.copy()
     rows = np.flatnonzero(local.layout.channel == 0)
@@ -204,9 +204,9 @@ def test_a_spike_does_not_count_and_correlated_noise_counts_less():
 def test_differences_are_derivatives(listed, monkeypatch):
     """Traces and slopes of a rig that is not steady come of differences; here of one that is."""
     local, programs = fitted(campaign(305))
-    exact = traces(local, programs, listed)
+    exact = signatures(local, programs, listed)
     monkeypatch.setattr(Family, "steady", False)
-    off = np.linalg.norm(traces(local, programs, listed) - exact, axis=0)
+    off = np.linalg.norm(signatures(local, programs, listed) - exact, axis=0)
     assert np.all(off < 1e-3 * np.linalg.norm(exact, axis=0))
     again = expanded(local.family, Point.beside(local, local.w))
     off = np.linalg.norm((again.design - local.design) / local.layout.floor[:, None], axis=0)
@@ -255,9 +255,9 @@ def test_products_are_those_of_all_samples_whatever_is_left_out():
 def test_campaigns_of_a_complete_model_have_the_correlation_of_the_traces(monkeypatch):
     """2,000 draws give a correlation within 5/sqrt(2,000) = 0.11."""
     rng = np.random.default_rng(403)
-    traces = rng.standard_normal((50, 4)) @ np.diag([1.0, 10.0, 0.1, 1.0])
-    traces[:, 3] = traces[:, 0]  # in its span
-    information = traces.T @ traces
+    signatures = rng.standard_normal((50, 4)) @ np.diag([1.0, 10.0, 0.1, 1.0])
+    signatures[:, 3] = signatures[:, 0]  # in its span
+    information = signatures.T @ signatures
     size = np.sqrt(np.diag(information))
     monkeypatch.setattr(explain, "SIMULATED", 2000)
     drawn = explain.null_draws(information, 3) / size
@@ -367,7 +367,7 @@ def test_a_change_that_no_sample_feels_has_a_place_all_the_same():
     """Samples without curvature (weight 0, or a reading at its end) do not upset the search."""
     local, _ = fitted(campaign(305))
     flat = dataclasses.replace(
-        local, terms=local.terms._replace(bend=-np.ones_like(local.terms.bend))
+        local, terms=local.terms._replace(curvature=-np.ones_like(local.terms.curvature))
     )
     found = where_shown(flat, np.ones_like(local.reading), np.ones_like(local.reading))
     assert found.track in flat.layout.tracks

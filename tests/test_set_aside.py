@@ -9,12 +9,12 @@ from test_screening import SHEETS, campaign, fitted
 
 from rigid.inference.search import search
 from rigid.likelihood.set_aside import Readings, beyond, listed, readings_of, spikes
-from rigid.localfit.local import Local
+from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import aside_of, data_of, lay_out
 from rigid.report.taken import lines, sentences, taken
 
 
-def readings(local: Local) -> Readings:
+def readings(local: LocalFit) -> Readings:
     return readings_of(local.layout.problem, local.hypothesis.sigmas(local.z_noise))
 
 

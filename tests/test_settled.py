@@ -17,17 +17,17 @@ from rigid.localfit.expansion import Point, expanded
 from rigid.localfit.families import holding
 from rigid.localfit.hypothesis import widened
 from rigid.localfit.leave_one_out import HeldOut
-from rigid.localfit.local import Local
+from rigid.localfit.local import LocalFit
 from rigid.localfit.settled import below, labels_of, nearer_priors, state_of, unsettled
 from rigid.report.usability import optimum
 
 
 @pytest.fixture(scope="module")
-def clean() -> tuple[Local, tuple]:
+def clean() -> tuple[LocalFit, tuple]:
     return fitted(campaign(400))
 
 
-def moved(local: Local, by: np.ndarray) -> Local:
+def moved(local: LocalFit, by: np.ndarray) -> LocalFit:
     """The same model elsewhere."""
     return expanded(local.family, Point.beside(local, local.w + by))
 

@@ -21,9 +21,9 @@ from rigid.likelihood.priors import Normal
 from rigid.likelihood.problem import Problem
 from rigid.localfit.candidates import Candidate
 from rigid.localfit.hypothesis import Hypothesis
-from rigid.localfit.local import Local
+from rigid.localfit.local import LocalFit
 from rigid.localfit.next_record import Proposal
-from rigid.localfit.samples import Channel, Layout, Terms
+from rigid.localfit.samples import ChannelKey, Layout, Terms
 from rigid.localfit.screening import Around, screen
 from rigid.localfit.where import Where
 from rigid.report.discovery.figures.against import against_figure
@@ -38,7 +38,7 @@ from rigid.report.discovery.words import KAPPA, meanings
 SAMPLES = 300
 TIME = np.arange(SAMPLES) * 0.01
 LISTED = ("load", "stroke", "pressure")
-CHANNELS = tuple(Channel("free-run-1,A", "free-run", q, f"{q},A", 0.01) for q in LISTED)
+CHANNELS = tuple(ChannelKey("free-run-1,A", "free-run", q, f"{q},A", 0.01) for q in LISTED)
 NUMBER = np.repeat(np.arange(len(LISTED)), SAMPLES)
 READING = np.concatenate(
     [1e3 * np.sin(2.0 * TIME), 0.05 * np.sin(5.0 * TIME), 1e6 * np.cos(3.0 * TIME)]
@@ -63,7 +63,7 @@ def found(hidden: Bumps, change: np.ndarray):
     logs = np.array([b.log_bayes(screening.slope) for _, b in bundles])
     none = np.zeros(0)
     explained = Explained((), screening, none, bundles, logs, 0.001)
-    base = bare(Local, layout=bare(Layout, channels=CHANNELS))
+    base = bare(LocalFit, layout=bare(Layout, channels=CHANNELS))
     return explained.inferred(base, hidden).shown
 
 
@@ -134,7 +134,7 @@ def test_only_what_beats_is_shown_by_frequency(name: str, hertz: float, frequenc
         weight=np.ones(len(NUMBER)), floor=NOISE,
     )  # fmt: skip
     terms = [Terms(np.full(len(NUMBER), v), NOISE**-1.0, NOISE**-2.0) for v in (0.0, 1.0)]
-    before, after = (bare(Local, layout=layout, residual=NOISE, terms=t) for t in terms)
+    before, after = (bare(LocalFit, layout=layout, residual=NOISE, terms=t) for t in terms)
     one = Refit(bare(Candidate, effect=CATALOGUE[name]), before, after, 5.0)
     place = Where("free-run-1", "A", "pressure", (0.5, 2.0), (hertz - 0.2, hertz + 0.2))
     shown = residuals(bare(Step, chosen=name, refits={name: one}, place=place))
@@ -157,7 +157,7 @@ def test_classes_do_not_follow_how_the_noise_of_rounded_samples_fell():
     bend = score**2 + (ends[1] * dense[1] - ends[0] * dense[0]) / mass / noise**2
     layout = bare(Layout, floor=np.hypot(noise, 1.0 / np.sqrt(12.0)))
     fits = [
-        bare(Local, layout=layout, residual=codes - expected - t, terms=Terms(mass, score, bend))
+        bare(LocalFit, layout=layout, residual=codes - expected - t, terms=Terms(mass, score, bend))
         for t in (0.0 * trace, trace)
     ]
     one = Refit(bare(Candidate, effect=CATALOGUE["return-spring"]), *fits, 5.0)
@@ -178,7 +178,7 @@ def test_what_is_left_over_follows_what_an_effect_explains_if_it_is_there(there:
     bend = NOISE**-2.0
     fits = [
         bare(
-            Local,
+            LocalFit,
             layout=bare(Layout, floor=NOISE),
             residual=noise + (there - taken) * trace,
             terms=Terms(noise, bend * (noise + (there - taken) * trace), bend),

@@ -13,7 +13,7 @@ from scipy.stats import multivariate_normal, norm
 from rigid.physics.rig import Surroundings, build_rig
 from rigid.smoothing import budget, kalman, latent, model, quantised
 from rigid.smoothing.interval import at_place, intervals
-from rigid.smoothing.kalman import Backward, Filtered, Run, Samples
+from rigid.smoothing.kalman import Backward, BlockRun, Filtered, Samples
 from rigid.smoothing.mixture import LEVELS, Mixture, Moments, quantiles
 from rigid.smoothing.model import Calibration, Reference
 from rigid.smoothing.run import _within
@@ -94,7 +94,7 @@ def smoothed(rig, table, block):
     rows = model.shown(rig)
     batch = jax.tree.map(lambda leaf: leaf[None], intervals(table, rows, STEPS))
     keys = jax.random.split(jax.random.key(3), 1)
-    run = Run(samples, jnp.asarray(moves)[None], batch, keys)
+    run = BlockRun(samples, jnp.asarray(moves)[None], batch, keys)
     start = Filtered(jnp.zeros((1, n, 3)), jnp.eye(n)[None] * 0.3, jnp.zeros((1, n)), jnp.zeros(1))
     last = kalman.forward(start, run)
     later = Backward(jnp.zeros((1, n, 3)), jnp.zeros((1, n, n)))
@@ -181,7 +181,7 @@ def test_simulated_errors_have_the_smoothers_variance(rig, table, block):
     steps = intervals(table, model.shown(rig), STEPS)
     wide = jax.tree.map(lambda leaf: jnp.broadcast_to(leaf, (count, *leaf.shape)), steps)
     keys = jax.random.split(jax.random.key(4), count)
-    run = Run(samples, jnp.broadcast_to(jnp.asarray(moves), (count, *moves.shape)), wide, keys)
+    run = BlockRun(samples, jnp.broadcast_to(jnp.asarray(moves), (count, *moves.shape)), wide, keys)
     first = jnp.sqrt(0.3) * jax.random.normal(jax.random.key(5), (count, n))
     start = Filtered(
         jnp.zeros((count, n, 3)), jnp.broadcast_to(0.3 * jnp.eye(n), (count, n, n)), first,

@@ -16,12 +16,12 @@ from rigid.report.paper_values import of_the_paper, published, published_frictio
 from rigid.report.usability import MOST_CHANNEL_GAP, MOST_GAP, residuals
 from rigid.smoothing.budget import Line
 from rigid.smoothing.finished import Finished
-from rigid.smoothing.laws import Law
+from rigid.smoothing.laws import RigModel
 from rigid.spec import Known, find_spec, load_spec
 
 LINE = Line("total", "peak load", "N", 5e4, 4.9e4, 5.1e4, 600.0, (400.0, None, 500.0, None, 100.0))
 DONE = Finished("press", ("A",), (LINE,), (), (), {"load of press,A": 1.01}, {"press,A": "ab"}, ())
-LAW = Law("memory", 1.0, (), {"k_LC": np.ones(3)})
+LAW = RigModel("memory", 1.0, (), {"k_LC": np.ones(3)})
 
 
 @pytest.mark.parametrize(

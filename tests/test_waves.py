@@ -25,7 +25,7 @@ from rigid.localfit.evidence import Bundle
 from rigid.localfit.expansion import Point, expanded
 from rigid.localfit.families import families
 from rigid.localfit.hypothesis import Hypothesis, start
-from rigid.localfit.local import Local
+from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import lay_out
 
 LENGTH, PHASE, FORCE = 5.3e-3, 0.7, 40.0
@@ -57,7 +57,7 @@ def campaign(seed: int, force: float) -> Problem:
     return Problem(effects(BASE), listed, groups, make_pieces(groups, series, SHEETS))
 
 
-def fitted(problem: Problem) -> tuple[Local, tuple]:
+def fitted(problem: Problem) -> tuple[LocalFit, tuple]:
     programs = families(problem, CHOICE)
     noise = np.zeros(sum(p.base == "noise" for p in problem.parameters.sampled))
     w = start(problem, np.zeros(problem.parameters.size), np.zeros((len(problem.sensors), 2)))
@@ -96,7 +96,7 @@ def test_a_wave_is_counted_for_the_share_of_lengths_that_it_stands_for():
     for target in dict.fromkeys(found.target):
         mine = np.array([t == target for t in found.target])
         columns = found.columns[:, mine]
-        information = columns.T @ (columns * local.terms.bend[:, None])
+        information = columns.T @ (columns * local.terms.curvature[:, None])
         bundle = Bundle(np.arange(mine.sum()), information)
         drawn = np.zeros((4000, mine.sum()))
         best_waves(drawn, (Bundled(target, bundle),), 5)

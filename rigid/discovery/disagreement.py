@@ -15,8 +15,8 @@ from scipy.stats import norm
 
 from rigid.likelihood.correlation import Autoregression
 from rigid.localfit.leftover import SETTLING, Explaining, coloured, noise_laws
-from rigid.localfit.local import Local
-from rigid.localfit.samples import Channel
+from rigid.localfit.local import LocalFit
+from rigid.localfit.samples import ChannelKey
 
 DRAWS = 1000
 """Simulated campaigns."""
@@ -65,31 +65,31 @@ class Look(NamedTuple):
 
 
 def disagreements(
-    local: Local, traces: Float[np.ndarray, "n k"], seed: int
+    local: LocalFit, signatures: Float[np.ndarray, "n k"], seed: int
 ) -> tuple[Disagreement, ...]:
     """Compare every channel with what is expected of it, the surest disagreement first.
 
-    - `local`: a fit. - `traces`: of all that may be missing, so that none of it is taken
+    - `local`: a fit. - `signatures`: of all that may be missing, so that none of it is taken
       for noise.
     """
     layout = local.layout
     channels = layout.channels
-    campaigns = _Campaigns.of(local, traces, seed)
+    campaigns = _Campaigns.of(local, signatures, seed)
     pools = {q: Pool() for q in dict.fromkeys(c.quantity for c in channels)}
     names, found = [], []
     for number, channel in enumerate(channels):
-        rows = np.flatnonzero((layout.channel == number) & (local.terms.bend > 0.0))
+        rows = np.flatnonzero((layout.channel == number) & (local.terms.curvature > 0.0))
         if len(rows) < LEAST_SAMPLES:
             continue
         series = np.concatenate([local.terms.score[rows, None], campaigns.left(number, rows)], 1)
-        series /= np.sqrt(np.mean(local.terms.bend[rows]))
+        series /= np.sqrt(np.mean(local.terms.curvature[rows]))
         states = _states(local, channels, channel, rows)
         pools[channel.quantity].add(series, states)
         for look in looks(series, layout.time[rows], channel.interval, states):
             names.append(channel)
             found.append(look)
     for quantity, pool in pools.items():
-        together = Channel(ALL, "", quantity, quantity, 0.0)
+        together = ChannelKey(ALL, "", quantity, quantity, 0.0)
         for look in pool.looks():
             names.append(together)
             found.append(look)
@@ -134,7 +134,7 @@ class Pool:
             yield Look(name, log_p, _rounded((mine[:, 0].min(), mine[:, 1].max()), spans[:, :2]))
 
 
-def judged(channels: list[Channel], tests: list[Look]) -> tuple[Disagreement, ...]:
+def judged(channels: list[ChannelKey], tests: list[Look]) -> tuple[Disagreement, ...]:
     """Give every test its p-values, alone and among all; the least first."""
     if not tests:
         return ()
@@ -213,7 +213,7 @@ def _least(logs: np.ndarray) -> tuple[np.ndarray, int]:
 
 
 def _states(
-    local: Local, channels: tuple[Channel, ...], channel: Channel, rows: np.ndarray
+    local: LocalFit, channels: tuple[ChannelKey, ...], channel: ChannelKey, rows: np.ndarray
 ) -> dict[str, np.ndarray]:
     """What a channel's residuals may go by (n,): expected quantities of its record, the speed."""
     layout, found = local.layout, {}
@@ -237,24 +237,24 @@ class _Campaigns(NamedTuple):
     - `laws`: of each channel's noise. - `coefficients` (size, DRAWS): what fitting them takes.
     """
 
-    local: Local
+    local: LocalFit
     laws: list[Autoregression]
     seed: int
     coefficients: np.ndarray
 
     @classmethod
-    def of(cls, local: Local, traces: np.ndarray, seed: int) -> "_Campaigns":
+    def of(cls, local: LocalFit, signatures: np.ndarray, seed: int) -> "_Campaigns":
         """Draw campaigns, and fit them to first order."""
         layout = local.layout
         rows = [layout.channel == number for number in range(len(layout.channels))]
-        laws = noise_laws(Explaining.by(local, traces), rows, layout.weight > 0.0)
+        laws = noise_laws(Explaining.by(local, signatures), rows, layout.weight > 0.0)
         # Where the truth lies in the prior is drawn, too: the fit is pulled off it by its prior.
         rng = np.random.default_rng([seed, 8])
-        pull = -rng.standard_normal((len(local.w), DRAWS))
-        drawn = cls(local, laws, seed, pull)
+        gradient = -rng.standard_normal((len(local.w), DRAWS))
+        drawn = cls(local, laws, seed, gradient)
         for number, mine in enumerate(rows):
-            pull += local.design[mine].T @ drawn.noise(number)
-        return drawn._replace(coefficients=cho_solve(cho_factor(local.information), pull))
+            gradient += local.design[mine].T @ drawn.noise(number)
+        return drawn._replace(coefficients=cho_solve(cho_factor(local.information), gradient))
 
     def noise(self, number: int) -> np.ndarray:
         """Scores of a channel's noise (samples of it, DRAWS)."""
@@ -262,13 +262,13 @@ class _Campaigns(NamedTuple):
         rng = np.random.default_rng([self.seed, 8, number])
         noise = coloured(self.laws[number], rng.standard_normal((SETTLING + mine.sum(), DRAWS)))
         # A rounded reading says most where the truth is about to turn over to the next step.
-        bend = np.maximum(self.local.terms.bend[mine], 0.0)
-        usual = float(bend.sum()) / max(np.count_nonzero(bend), 1)
-        return noise * np.sqrt(bend / max(usual, 1e-300))[:, None]
+        curvature = np.maximum(self.local.terms.curvature[mine], 0.0)
+        usual = float(curvature.sum()) / max(np.count_nonzero(curvature), 1)
+        return noise * np.sqrt(curvature / max(usual, 1e-300))[:, None]
 
     def left(self, number: int, rows: np.ndarray) -> np.ndarray:
         """What fitting leaves of it in some rows of the channel (rows, DRAWS)."""
         mine = np.flatnonzero(self.local.layout.channel == number)
         taken = self.local.design[rows] @ self.coefficients
         noise = self.noise(number)[np.searchsorted(mine, rows)]
-        return noise - self.local.terms.bend[rows, None] * taken
+        return noise - self.local.terms.curvature[rows, None] * taken

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 from rigid.effects import AbstractEffect
 from rigid.localfit.families import Family, families, holding
-from rigid.localfit.local import Local
+from rigid.localfit.local import LocalFit
 
 
 @dataclasses.dataclass(frozen=True)
@@ -15,7 +15,7 @@ class Fitted:
     - `local`: the fit. - `programs`: of all candidates and of the hidden forces and flows.
     """
 
-    local: Local
+    local: LocalFit
     programs: tuple[Family, ...]
 
     def program(self, effects: Iterable[type[AbstractEffect]]) -> Family:

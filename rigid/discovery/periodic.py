@@ -26,9 +26,9 @@ from rigid.likelihood.priors import AbstractLaw, make_law
 from rigid.likelihood.tracks import Track
 from rigid.localfit.candidates import Candidate, laws_of, standard_of
 from rigid.localfit.evidence import amplitudes, log_bayes
-from rigid.localfit.local import Local
-from rigid.localfit.samples import Channel
-from rigid.localfit.signature import traces
+from rigid.localfit.local import LocalFit
+from rigid.localfit.samples import ChannelKey
+from rigid.localfit.signature import signatures
 
 SPREAD = 2.0
 """Sds of the frequency's prior, either way, that are searched."""
@@ -82,7 +82,7 @@ class Heard(NamedTuple):
     """A channel of a record in which the pump beats: its number, and that of its angle."""
 
     number: int
-    channel: Channel
+    channel: ChannelKey
     track: Track
     angle: int
 
@@ -122,7 +122,7 @@ class Hearing(NamedTuple):
     frequencies: np.ndarray
     ears: tuple[Ear, ...]
 
-    def pulls(self, score: np.ndarray) -> np.ndarray:
+    def gradients(self, score: np.ndarray) -> np.ndarray:
         """How residuals go by a beat (..., angles, frequencies).
 
         - `score` (..., n): slope of the log-likelihood by every sample.
@@ -163,17 +163,17 @@ def lines(fit: Fitted, effect: type[AbstractEffect]) -> Line | None:
         sizes=np.asarray(law.from_standard(QUANTILES)) - absent,
         log_prior=_log_prior(laws[effect.beat][1], heard.frequencies),
     )
-    pulls = heard.pulls(local.terms.score)
-    each = weigh(pulls)
+    gradients = heard.gradients(local.terms.score)
+    each = weigh(gradients)
     best = int(np.argmax(each))
-    pull, size = np.abs(pulls[:, best]).sum(), known[:, best].sum()
-    share = _total(each) - float(log_bayes(pull, size, amplitudes(law, absent)))
-    turned = np.mod(1.5 * math.pi - np.angle(pulls[:, best]), 2.0 * math.pi) - math.pi
+    gradient, size = np.abs(gradients[:, best]).sum(), known[:, best].sum()
+    share = _total(each) - float(log_bayes(gradient, size, amplitudes(law, absent)))
+    turned = np.mod(1.5 * math.pi - np.angle(gradients[:, best]), 2.0 * math.pi) - math.pi
     return Line(
         float(heard.frequencies[best]),
         tuple(zip(heard.angles, turned.tolist(), strict=True)),
         share,
-        tuple(_total(weigh(one)) for one in heard.pulls(_noise(local))),
+        tuple(_total(weigh(one)) for one in heard.gradients(_noise(local))),
     )
 
 
@@ -198,15 +198,15 @@ def _hearing(fit: Fitted, effect: type[AbstractEffect], law: AbstractLaw) -> Hea
         )
         for f, at in itertools.product(some, (0.0, 0.5 * math.pi))
     ]
-    answers = Answers(some, traces(local, fit.programs, two))
+    answers = Answers(some, signatures(local, fit.programs, two))
     ears = (_ear(local, one, frequencies, answers) for one in heard)
     return Hearing(angles, frequencies, tuple(ear for ear in ears if ear is not None))
 
 
-def _ear(local: Local, one: Heard, frequencies: np.ndarray, answers: Answers) -> Ear | None:
+def _ear(local: LocalFit, one: Heard, frequencies: np.ndarray, answers: Answers) -> Ear | None:
     """Return how a channel hears the `frequencies`, interpolated between the `answers`."""
     rows, interval = _open(local, one), one.channel.interval
-    weight = local.terms.bend[rows]
+    weight = local.terms.curvature[rows]
     if weight.sum() <= 0.0:
         return None
     some, columns = answers
@@ -226,7 +226,7 @@ def _ear(local: Local, one: Heard, frequencies: np.ndarray, answers: Answers) ->
     return Ear(one.angle, rows, at, float(since[0]), spectrum, answer, known)
 
 
-def _open(local: Local, one: Heard) -> np.ndarray:
+def _open(local: LocalFit, one: Heard) -> np.ndarray:
     """Samples of a channel that were read while the pump fed its record."""
     rows = np.flatnonzero((local.layout.channel == one.number) & local.layout.read)
     assert one.track.drive is not None  # the pump fed it
@@ -234,7 +234,7 @@ def _open(local: Local, one: Heard) -> np.ndarray:
     return rows[levels[np.searchsorted(one.track.drive.switches, local.layout.time[rows])] == 1]
 
 
-def _grid(local: Local, law: AbstractLaw, heard: Sequence[Heard]) -> np.ndarray:
+def _grid(local: LocalFit, law: AbstractLaw, heard: Sequence[Heard]) -> np.ndarray:
     """Frequencies [Hz] that are tried, evenly spaced; none where no line could be parted."""
     low, high = (float(law.from_standard(z)) for z in (-SPREAD, SPREAD))
     spans = [len(_open(local, one)) * one.channel.interval for one in heard]
@@ -252,17 +252,18 @@ def _log_prior(law: AbstractLaw, frequencies: np.ndarray) -> np.ndarray:
 
 
 def log_bayes_of_line(
-    pulls: np.ndarray, known: np.ndarray, sizes: np.ndarray, log_prior: np.ndarray
+    gradients: np.ndarray, known: np.ndarray, sizes: np.ndarray, log_prior: np.ndarray
 ) -> np.ndarray:
     """Log Bayes factor of a beat of each frequency times its prior (frequencies,).
 
     Amplitude and phases are averaged over.
 
-    - `pulls`, `known` (angles, frequencies). - `sizes` (amplitudes,): at QUANTILES of their prior.
+    - `gradients`, `known` (angles, frequencies). - `sizes` (amplitudes,): at QUANTILES of their
+      prior.
     - `log_prior` (frequencies,).
     """
-    bent = sizes[:, None, None] * np.abs(pulls)
-    mean = np.sum(np.log(i0e(bent)) + bent, axis=1)
+    argument = sizes[:, None, None] * np.abs(gradients)
+    mean = np.sum(np.log(i0e(argument)) + argument, axis=1)
     each = mean - 0.5 * sizes[:, None] ** 2 * known.sum(axis=0) + LOG_MASS[:, None]
     return np.asarray(logsumexp(each, axis=0)) + log_prior
 
@@ -272,8 +273,8 @@ def _total(logs: np.ndarray) -> float:
     return float(np.asarray(logsumexp(logs)))
 
 
-def _noise(local: Local) -> np.ndarray:
+def _noise(local: LocalFit) -> np.ndarray:
     """Slopes of the log-likelihood in records whose residuals are noise (CHANCES, n)."""
     rng = np.random.default_rng(CHANCES)
-    spread = np.sqrt(np.maximum(local.terms.bend, 0.0))
+    spread = np.sqrt(np.maximum(local.terms.curvature, 0.0))
     return rng.standard_normal((CHANCES, len(spread))) * spread

@@ -12,7 +12,7 @@ from rigid.localfit.candidates import Candidate, standard_of
 from rigid.localfit.evidence import amplitudes, most_probable
 from rigid.localfit.expansion import Point, Program, expand
 from rigid.localfit.hypothesis import Hypothesis, widened
-from rigid.localfit.local import Local
+from rigid.localfit.local import LocalFit
 from rigid.localfit.settled import below, nearer_priors, unsettled
 
 MOST = 3
@@ -32,8 +32,8 @@ class Refit:
     """
 
     candidate: Candidate
-    before: Local
-    after: Local
+    before: LocalFit
+    after: LocalFit
     log_bayes: float
 
     @property
@@ -73,7 +73,7 @@ def refit(fit: Fitted, found: Explained, name: str) -> Refit:
     more = _beginning(found, number, extended)
     program = Program(family, kept=before.design if chord else None)
 
-    def led(w: np.ndarray, own: list[float]) -> Local:
+    def led(w: np.ndarray, own: list[float]) -> LocalFit:
         w = widened(w, len(base.layout.problem.sensors), own)
         (start,) = expand(program, [Point(extended, base.layout, w, before.z_noise)])
         return refined(start, chord)
@@ -89,7 +89,7 @@ def refit(fit: Fitted, found: Explained, name: str) -> Refit:
     )
 
 
-def _height(local: Local) -> float:
+def _height(local: LocalFit) -> float:
     """Log-posterior of a fit, least where it is no number."""
     return local.value if np.isfinite(local.value) else -np.inf
 

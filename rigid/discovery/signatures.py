@@ -14,12 +14,12 @@ from rigid.effects import AbstractEffect
 from rigid.io.cache import Shelf
 from rigid.localfit.candidates import EVENT, Candidate, candidates, events, onsets
 from rigid.localfit.families import Effects, Family, read
-from rigid.localfit.signature import lanes_of, traces
+from rigid.localfit.signature import lanes_of, signatures
 
 SHAPES = 4
 """Settings of an effect's shape that are screened."""
 KEPT = "discovery-traces"
-"""What the traces are called on the shelf."""
+"""What the signatures are called on the shelf."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Bench:
     programs: tuple[Family, ...]
     listed: tuple[Candidate, ...]
     bumps: Bumps
-    traces: Float[np.ndarray, "n candidates"]
+    signatures: Float[np.ndarray, "n candidates"]
 
 
 def _top(fit: Fitted, effect: type[AbstractEffect]) -> float:
@@ -50,7 +50,7 @@ def hidden_signatures(fit: Fitted, sorts: Iterable[type[AbstractHidden]]) -> Bum
 
 
 def laid_out(fit: Fitted, effects: Effects, shelf: Shelf) -> Bench:
-    """Work out the traces of all candidates and hidden things around a fit, once a run."""
+    """Work out the signatures of all candidates and hidden things around a fit, once a run."""
     base = fit.local
     given = dict(base.hypothesis.given)
     beating = [e for e in effects if e.beat is not None]
@@ -65,7 +65,7 @@ def laid_out(fit: Fitted, effects: Effects, shelf: Shelf) -> Bench:
         hidden = hidden_signatures(fit, SORTS.values())
         heard = {e: line for e in beating if (line := lines(fit, e)) is not None}
         beats = [line.candidate(e, given) for e, line in heard.items()]
-        both = [traces(base, fit.programs, some) for some in (spread, beats)]
+        both = [signatures(base, fit.programs, some) for some in (spread, beats)]
         return np.concatenate(both, axis=1), {e.name: one for e, one in heard.items()}, hidden
 
     found, heard, bumps = shelf.once(KEPT, make, (Line, Bumps, *SORTS.values()))

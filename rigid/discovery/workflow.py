@@ -25,7 +25,7 @@ from rigid.localfit.families import Effects, families
 from rigid.localfit.hypothesis import Hypothesis, start
 from rigid.localfit.leave_one_out import HeldOut, gap, held_out_gap, left_out, units
 from rigid.localfit.leave_one_out import Judged as Fit
-from rigid.localfit.local import Local, with_weights
+from rigid.localfit.local import LocalFit, with_weights
 from rigid.localfit.next_record import between_effects
 from rigid.localfit.samples import lay_out
 from rigid.localfit.screening import Around, Screening, screen
@@ -86,7 +86,8 @@ class Step:
     - `probability`: of nothing, each effect and something unnamed.
     - `refits`: by name. - `chosen`: the effect added, None where none is.
     - `place`, `equation`: where it shows. - `judged`: None where nothing was added.
-    - `placebo`: what an effect with another trace explains, as a share of the chosen one; median.
+    - `placebo`: what an effect with another signature explains, as a share of the chosen one;
+      median.
     - `refused`: why the likeliest effect is not named all the same, by its name; mostly empty.
     """
 
@@ -111,12 +112,12 @@ class Outcome:
     - `final`: the fit with all that was added.
     """
 
-    base: Local
+    base: LocalFit
     bench: Bench
     steps: tuple[Step, ...]
     last: Explained
     last_probability: dict[str, float]
-    final: Local
+    final: LocalFit
 
     @property
     def verdict(self) -> str:
@@ -145,14 +146,14 @@ def discover(
     hypothesis = Hypothesis(problem, given=given)
     begin = Point(hypothesis, layout, start(problem, *best), noise)
     base = refined(expanded(programs[0], begin))
-    report("traces of what could be missing")
+    report("signatures of what could be missing")
     bench = laid_out(Fitted(base, programs), effects, running.shelf)
-    everything = np.concatenate([bench.traces, bench.bumps.columns], axis=1)
+    everything = np.concatenate([bench.signatures, bench.bumps.columns], axis=1)
     base = refined(with_weights(base, facts(base, everything)))
     return _steps(Turn(Fitted(base, programs), bench, running))
 
 
-def weigh(local: Local, bench: Bench, seed: int) -> Explained:
+def weigh(local: LocalFit, bench: Bench, seed: int) -> Explained:
     """Weigh every explanation of what a fit leaves over.
 
     Effects that are in it are left out, and laws that share a number with one of them: another dry
@@ -164,8 +165,8 @@ def weigh(local: Local, bench: Bench, seed: int) -> Explained:
         for i, one in enumerate(bench.listed)
         if not inside & {info.name for info in one.effect.parameters()}
     ]
-    around = Around(local.terms.score, local.terms.bend, local.design, local.gradient)
-    columns = np.concatenate([bench.traces[:, kept], bench.bumps.columns], axis=1)
+    around = Around(local.terms.score, local.terms.curvature, local.design, local.gradient)
+    columns = np.concatenate([bench.signatures[:, kept], bench.bumps.columns], axis=1)
     listed = tuple(bench.listed[i] for i in kept)
     return explain(listed, bench.bumps.target, screen(around, columns), seed)
 
@@ -242,7 +243,7 @@ def changed(found: Explained, fitted: Mapping[str, float]) -> dict[str, float]:
 
 
 def _twins(found: Explained, fitted: Iterable[str], name: str) -> list[str]:
-    """Effects fitted in full whose trace is that of the effect `name`.
+    """Effects fitted in full whose signature is that of the effect `name`.
 
     Of such effects only the likeliest is fitted; what that changed holds for the others.
     """
@@ -291,7 +292,7 @@ def _unnamed(turn: Turn, probability: dict[str, float], refits: dict[str, Refit]
     found, local = turn.found, turn.fit.local
     hidden = found.inferred(local, turn.bench.bumps)
     change = _changed(local, hidden.own.columns @ hidden.mean)
-    gain = local.terms.score * change - 0.5 * local.terms.bend * change**2
+    gain = local.terms.score * change - 0.5 * local.terms.curvature * change**2
     there, equation = where_shown(local, gain, change), hidden.hidden.about.equation
     return Step("unnamed", found, probability, refits, None, there, equation, None, 0.0)
 
@@ -329,14 +330,14 @@ def _further(turn: Turn, probability: dict[str, float], chosen: str) -> str | No
     return None if proposal is None else proposal.sentence
 
 
-def _changed(local: Local, change: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+def _changed(local: LocalFit, change: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
     """What something changes once the fit has given way."""
-    pull = local.design.T @ (local.terms.bend * change)
-    return change - local.design @ np.linalg.solve(local.information, pull)
+    gradient = local.design.T @ (local.terms.curvature * change)
+    return change - local.design @ np.linalg.solve(local.information, gradient)
 
 
 def _placebo(found: Explained, chosen: str) -> float:
-    """Share of the gain of the chosen effect that one with another trace has, at the median."""
+    """Share of the gain of the chosen effect that one with another signature has, at the median."""
     screening: Screening = found.screening
     best = found.best_of(chosen)
     others = [found.best_of(name) for name in found.effects if name != chosen]

@@ -8,14 +8,14 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import logsumexp
 
-from rigid.friction.fits import Fitted
-from rigid.friction.models import Law, amplitude_labels
+from rigid.friction.fits import FittedModels
+from rigid.friction.models import FrictionModel, amplitude_labels
 from rigid.friction.prior_widths import AS_STATED, VARIANTS
 from rigid.io.cache import NOTHING_KEPT, Shelf
 from rigid.likelihood.priors import AbstractLaw
 from rigid.localfit.integral import evidence
 from rigid.localfit.leave_one_out import HeldOut, Judged, Rows, left_out, units
-from rigid.localfit.local import Local
+from rigid.localfit.local import LocalFit
 from rigid.localfit.next_record import Proposal, between_fits
 from rigid.localfit.samples import Layout
 from rigid.localfit.scatter import Scattered, scattered
@@ -41,8 +41,8 @@ class Standing:
     - `evidence`, `probability`: log evidence, by variant of the amplitudes' priors, and share.
     """
 
-    law: Law
-    local: Local
+    law: FrictionModel
+    local: LocalFit
     left: HeldOut
     difference: np.ndarray
     errors: np.ndarray
@@ -69,7 +69,7 @@ class Comparison:
     standings: tuple[Standing, ...]
     verdict: str
     parts: tuple[str, ...]
-    fitted: Fitted
+    fitted: FittedModels
 
     @property
     def first(self) -> Standing:
@@ -82,7 +82,7 @@ class Comparison:
         return tuple(one for one in self.standings[1:] if one.tied)
 
 
-def compare(fitted: Fitted, seed: int, shelf: Shelf = NOTHING_KEPT) -> Comparison:
+def compare(fitted: FittedModels, seed: int, shelf: Shelf = NOTHING_KEPT) -> Comparison:
     """Compare the laws that have been fitted.
 
     - `seed`: of the simulated campaigns. - `shelf`: keeps what the laws say of them, and of records
@@ -102,7 +102,7 @@ def compare(fitted: Fitted, seed: int, shelf: Shelf = NOTHING_KEPT) -> Compariso
     stated = {name: one[AS_STATED] for name, one in logs.items()}
     left = shelf.once("left-out", lambda: _left(fitted, judged, stated, parts), (HeldOut,))
 
-    def campaigns(number: int, law: Law) -> dict[str, Scattered]:
+    def campaigns(number: int, law: FrictionModel) -> dict[str, Scattered]:
         two = {n: judged[n] for n in (first, law.name)} if number else judged
         return scattered(fitted.fits[law.name], two, parts, seed + number)
 
@@ -116,7 +116,7 @@ def compare(fitted: Fitted, seed: int, shelf: Shelf = NOTHING_KEPT) -> Compariso
         told = {v: p[law.name] for v, p in chance.items()}
         standings.append(dataclasses.replace(standing, evidence=logs[law.name], probability=told))
     names = tuple(_named(layout, rows) for rows in parts)
-    verdict = verdict_of([Odds(one.law, one.evidence, one.tied) for one in standings])
+    verdict = verdict_of([ModelEvidence(one.law, one.evidence, one.tied) for one in standings])
     return Comparison(tuple(standings), verdict, names, fitted)
 
 
@@ -135,7 +135,7 @@ def next_record(found: Comparison) -> Proposal | None:
 
 
 def _left(
-    fitted: Fitted,
+    fitted: FittedModels,
     judged: Mapping[str, Judged],
     logs: Mapping[str, float],
     parts: Sequence[Rows],
@@ -155,8 +155,8 @@ def _left(
 
 
 def _standing(
-    law: Law,
-    local: Local,
+    law: FrictionModel,
+    local: LocalFit,
     left: Mapping[str, HeldOut],
     first: str,
     campaigns: Sequence[Mapping[str, Scattered]],
@@ -179,15 +179,15 @@ def _standing(
     )
 
 
-class Odds(NamedTuple):
+class ModelEvidence(NamedTuple):
     """What a verdict goes by: a law, its log evidence by variant, and if it is tied."""
 
-    law: Law
+    law: FrictionModel
     evidence: Mapping[str, float]
     tied: bool
 
 
-def verdict_of(standings: Sequence[Odds]) -> str:
+def verdict_of(standings: Sequence[ModelEvidence]) -> str:
     """Say what standings amount to, the first law's before the others'.
 
     Laws that contain the first and are tied with it are not needed where the odds say so whatever
@@ -211,7 +211,7 @@ def probabilities(logs: Mapping[str, float]) -> dict[str, float]:
     return {name: float(np.exp(log - total)) for name, log in logs.items()}
 
 
-def amplitudes_of(local: Local, law: Law) -> dict[str, AbstractLaw]:
+def amplitudes_of(local: LocalFit, law: FrictionModel) -> dict[str, AbstractLaw]:
     """Prior laws of a law's amplitudes, by label, where they are uncertain."""
     known = {p.label: p.law for p in local.hypothesis.parameters}
     labels = amplitude_labels(law, local.hypothesis.given)

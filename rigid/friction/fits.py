@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rigid.friction.models import BRISTLES, DRY, MEMORY, VISCOUS, Law
+from rigid.friction.models import BRISTLES, DRY, MEMORY, VISCOUS, FrictionModel
 from rigid.friction.starts import constant_starts, dry_starts, memory_starts, prior_starts
 from rigid.io.cache import NOTHING_KEPT, Shelf
 from rigid.likelihood.priors import AbstractLaw
@@ -15,7 +15,7 @@ from rigid.localfit.ascent import MOST_TURNS, descended, led, settled
 from rigid.localfit.expansion import Point, Program, expand
 from rigid.localfit.families import families
 from rigid.localfit.hypothesis import Hypothesis
-from rigid.localfit.local import Local, with_weights
+from rigid.localfit.local import LocalFit, with_weights
 from rigid.localfit.samples import Layout, Terms, lay_out
 from rigid.localfit.weights import facts
 
@@ -32,7 +32,7 @@ WIDTH = 16
 """Simulations side by side in the program of dry friction: one turn serves a step of all its laws,
 which take 14."""
 
-KINDS = (Local, Hypothesis, Layout, Terms, *DRY)
+KINDS = (LocalFit, Hypothesis, Layout, Terms, *DRY)
 """What fits are made of."""
 
 Report = Callable[[str], None]
@@ -44,31 +44,31 @@ class Programs(NamedTuple):
     viscous: Program
     dry: Program
 
-    def of(self, law: Law) -> Program:
+    def of(self, law: FrictionModel) -> Program:
         """The one that holds a law."""
         return self.viscous if law.dry is None else self.dry
 
 
 @dataclasses.dataclass(frozen=True)
-class Fitted:
+class FittedModels:
     """All laws at their best, the same weights of samples in all.
 
     - `programs`; `laws`. - `fits`: by name of the law.
     """
 
     programs: Programs
-    laws: tuple[Law, ...]
-    fits: Mapping[str, Local]
+    laws: tuple[FrictionModel, ...]
+    fits: Mapping[str, LocalFit]
 
 
 def fit_laws(
     problem: Problem,
-    laws: tuple[Law, ...],
+    laws: tuple[FrictionModel, ...],
     given: Mapping[str, AbstractLaw],
     seed: int,
     report: Report,
     shelf: Shelf = NOTHING_KEPT,
-) -> Fitted:
+) -> FittedModels:
     """Fit every law.
 
     - `problem`: with viscous friction and memory. - `given`: priors that go before the effects'
@@ -86,13 +86,13 @@ def fit_laws(
     known |= {name: getattr(layout, name) for name in ("channels", "channel", "time")}
     listed = [law for law in laws if law.dry is not None]
 
-    def viscous_fits() -> dict[str, Local]:
+    def viscous_fits() -> dict[str, LocalFit]:
         report("fitting constant friction and friction with memory")
         return _viscous(viscous, Hypothesis(problem, given=given), layout, laws[0], seed)
 
     fits = shelf.once("viscous", viscous_fits, KINDS, known)
 
-    def dry_fits() -> tuple[dict[str, Local], np.ndarray]:
+    def dry_fits() -> tuple[dict[str, LocalFit], np.ndarray]:
         report("fitting dry friction")
         base = fits[MEMORY if listed[0].memory else VISCOUS]
         starts = dry_starts(base, dry.family, listed, BEGINNINGS)
@@ -102,7 +102,7 @@ def fit_laws(
     dry_ends, changes = shelf.once("dry", dry_fits, KINDS, known)
     fits |= dry_ends
 
-    def last_fits() -> dict[str, Local]:
+    def last_fits() -> dict[str, LocalFit]:
         report("fitting all laws again, correlated residuals at their worth")
         weight = facts(max(fits.values(), key=lambda one: one.log_evidence), changes)
         out = {name: with_weights(one, weight) for name, one in fits.items()}
@@ -114,12 +114,12 @@ def fit_laws(
             out |= dict(zip(names, ends, strict=True))
         return out
 
-    return Fitted(programs, laws, shelf.once("fits", last_fits, KINDS, known))
+    return FittedModels(programs, laws, shelf.once("fits", last_fits, KINDS, known))
 
 
 def _viscous(
-    program: Program, hypothesis: Hypothesis, layout: Layout, constant: Law, seed: int
-) -> dict[str, Local]:
+    program: Program, hypothesis: Hypothesis, layout: Layout, constant: FrictionModel, seed: int
+) -> dict[str, LocalFit]:
     """Fits with memory, and without; with memory once more from the fit without.
 
     A law that contains another is never the worse for it: where its own starts have led nowhere,
@@ -131,7 +131,7 @@ def _viscous(
     return {VISCOUS: still, MEMORY: max(memory, again, key=lambda one: one.value)}
 
 
-def _best(program: Program, points: Sequence[Point]) -> Local:
+def _best(program: Program, points: Sequence[Point]) -> LocalFit:
     """The best of several starts after a few turns, led to its end.
 
     Those at which nothing can be simulated are left out.
@@ -141,11 +141,11 @@ def _best(program: Program, points: Sequence[Point]) -> Local:
     return led(program, [max(ends, key=lambda one: one.value)])[0]
 
 
-def _dry(program: Program, begun: Sequence[tuple[str, Point]]) -> dict[str, Local]:
+def _dry(program: Program, begun: Sequence[tuple[str, Point]]) -> dict[str, LocalFit]:
     """The best end of each law."""
     here = expand(program, [point for _, point in begun])
     ends = descended(program, here, FIRST_DRY_TURNS)
-    found: dict[str, Local] = {}
+    found: dict[str, LocalFit] = {}
     for (name, _), end in zip(begun, ends, strict=True):
         if name not in found or end.value > found[name].value:
             found[name] = end

@@ -36,7 +36,7 @@ WITHIN = {VISCOUS: (), COULOMB: (VISCOUS,), STRIBECK: (VISCOUS, COULOMB), SEAL: 
 
 
 @dataclasses.dataclass(frozen=True)
-class Law:
+class FrictionModel:
     """One law of friction.
 
     - `name`: that of its effect. - `memory`: whether a coefficient with memory is part of it.
@@ -61,7 +61,7 @@ class Law:
         memory = (MEMORY,) if self.memory else ()
         return (VISCOUS, *memory, *((self.name,) if self.dry is not None else ()))
 
-    def contains(self, other: "Law") -> bool:
+    def contains(self, other: "FrictionModel") -> bool:
         """Whether another law is a limit of this one."""
         if self.name == other.name or other.memory > self.memory:
             return False
@@ -86,7 +86,7 @@ def without_friction(spec: Spec) -> Spec:
     return spec.model_copy(update={"model": model.model_copy(update=changes)})
 
 
-def laws(spec: Spec, problem: Problem) -> tuple[Law, ...]:
+def laws(spec: Spec, problem: Problem) -> tuple[FrictionModel, ...]:
     """List the laws for a spec, the simplest first; `problem` is that of `without_friction`."""
     memory = MEMORY in spec.model.effects
     still = quiet_values(CATALOGUE[MEMORY])
@@ -96,16 +96,16 @@ def laws(spec: Spec, problem: Problem) -> tuple[Law, ...]:
     stiff = {"z_bristle": float(bending.law.from_standard(0.0)), "bristle_time": 0.0}
     plain = stiff | {"stribeck_excess": 0.0, "v_stribeck": 1.0}
     return (
-        Law(VISCOUS, False, None, still),
-        Law(MEMORY, True),
-        Law(COULOMB, memory, DRY[0], none | plain),
-        Law(STRIBECK, memory, DRY[0], none | stiff),
-        Law(BRISTLES, memory, DRY[0], none),
-        Law(SEAL, memory, DRY[1], none),
+        FrictionModel(VISCOUS, False, None, still),
+        FrictionModel(MEMORY, True),
+        FrictionModel(COULOMB, memory, DRY[0], none | plain),
+        FrictionModel(STRIBECK, memory, DRY[0], none | stiff),
+        FrictionModel(BRISTLES, memory, DRY[0], none),
+        FrictionModel(SEAL, memory, DRY[1], none),
     )
 
 
-def amplitude_labels(law: Law, given: Mapping[str, AbstractLaw]) -> tuple[str, ...]:
+def amplitude_labels(law: FrictionModel, given: Mapping[str, AbstractLaw]) -> tuple[str, ...]:
     """Labels of the numbers that bring a law in beside viscous friction."""
     effects = [CATALOGUE[name] for name in law.effects if name != VISCOUS]
     return tuple(

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-from rigid.friction.models import Law, amplitude_labels
+from rigid.friction.models import FrictionModel, amplitude_labels
 from rigid.inference.newton import is_noise
 from rigid.likelihood.parameters import Parameter
 from rigid.localfit.candidates import even_settings, standard_of
@@ -15,7 +15,7 @@ from rigid.localfit.evidence import amplitudes, most_probable
 from rigid.localfit.expansion import Point
 from rigid.localfit.families import Family, read
 from rigid.localfit.hypothesis import Hypothesis, widened
-from rigid.localfit.local import Local
+from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import Layout, flat_readings
 from rigid.localfit.signature import reads
 
@@ -42,7 +42,7 @@ def prior_starts(hypothesis: Hypothesis, layout: Layout, count: int, seed: int) 
     return [Point(hypothesis, layout, w, quiet) for w in drawn]
 
 
-def memory_starts(constant: Local, like: Local) -> list[Point]:
+def memory_starts(constant: LocalFit, like: LocalFit) -> list[Point]:
     """Places at which the law with memory may begin, after a fit without.
 
     - `like`: the law with memory anywhere. Branches are as small as SLIGHT says, what they carry is
@@ -60,10 +60,10 @@ def memory_starts(constant: Local, like: Local) -> list[Point]:
     return [Point(new, like.layout, w, constant.z_noise)]
 
 
-class Job(NamedTuple):
+class ModelSetting(NamedTuple):
     """A law at one setting of its own numbers: quantiles of their priors, by label."""
 
-    law: Law
+    law: FrictionModel
     numbers: Mapping[str, float]
 
 
@@ -74,7 +74,7 @@ class Starts(NamedTuple):
     changes: np.ndarray
 
 
-def constant_starts(memory: Local, law: Law) -> list[Point]:
+def constant_starts(memory: LocalFit, law: FrictionModel) -> list[Point]:
     """Places at which the constant law may begin, after a fit with memory."""
     old = memory.hypothesis
     new = dataclasses.replace(old, held=dict(law.held))
@@ -91,14 +91,14 @@ def constant_starts(memory: Local, law: Law) -> list[Point]:
     return out
 
 
-def of_law(base: Hypothesis, law: Law) -> Hypothesis:
+def of_law(base: Hypothesis, law: FrictionModel) -> Hypothesis:
     """The hypothesis of a law of dry friction, from that of the model without any."""
     assert law.dry is not None
     return dataclasses.replace(base, added=(law.dry,), held=dict(base.held) | dict(law.held))
 
 
 def dry_starts(
-    base: Local, family: Family, listed: Sequence[Law], most: Mapping[str, int]
+    base: LocalFit, family: Family, listed: Sequence[FrictionModel], most: Mapping[str, int]
 ) -> Starts:
     """The best points to begin at beside a fit without dry friction.
 
@@ -108,19 +108,19 @@ def dry_starts(
     around `base`, and so does the amplitude away from the levels.
     """
     hypotheses = {law.name: of_law(base.hypothesis, law) for law in listed}
-    jobs = [Job(law, z) for law in listed for z in _settings(hypotheses[law.name], law)]
+    jobs = [ModelSetting(law, z) for law in listed for z in _settings(hypotheses[law.name], law)]
     changes = _changes(base, family, [(hypotheses[j.law.name], j) for j in jobs])
     solved = cho_factor(base.information)
     points: dict[str, list[tuple[float, Point]]] = {law.name: [] for law in listed}
     for job, change in zip(jobs, changes.T, strict=True):
         hypothesis = hypotheses[job.law.name]
-        shared = base.design.T @ (base.terms.bend * change)
+        shared = base.design.T @ (base.terms.curvature * change)
         slope = change @ base.terms.score - shared @ cho_solve(solved, base.gradient)
-        bend = change @ (base.terms.bend * change) - shared @ cho_solve(solved, shared)
+        curvature = change @ (base.terms.curvature * change) - shared @ cho_solve(solved, shared)
         label = amplitude_labels(job.law, hypothesis.given)[-1]
         law = next(p.law for p in hypothesis.parameters if p.label == label)
         size = float(law.from_standard(job.numbers[label]))
-        best = most_probable(slope / size, bend / size**2, amplitudes(law, 0.0))
+        best = most_probable(slope / size, curvature / size**2, amplitudes(law, 0.0))
         share = float(law.from_standard(best)) / size
         numbers = dict(job.numbers) | {label: best}
         moved = base.w + cho_solve(solved, base.gradient - share * shared)
@@ -128,7 +128,7 @@ def dry_starts(
         w = widened(moved, sensors, numbers.values())
         point = Point(hypothesis, base.layout, w, base.z_noise)
         prior = 0.5 * sum(z * z for z in numbers.values())
-        points[job.law.name].append((share * slope - 0.5 * share**2 * bend - prior, point))
+        points[job.law.name].append((share * slope - 0.5 * share**2 * curvature - prior, point))
     ranked = {name: sorted(p, key=lambda one: -one[0]) for name, p in points.items()}
     return Starts({n: [p for _, p in r[: most.get(n, 1)]] for n, r in ranked.items()}, changes)
 
@@ -139,7 +139,7 @@ def _own(hypothesis: Hypothesis) -> list[Parameter]:
     return [p for p in hypothesis.brought_by(effect) if p.label not in hypothesis.held]
 
 
-def _settings(hypothesis: Hypothesis, law: Law) -> list[dict[str, float]]:
+def _settings(hypothesis: Hypothesis, law: FrictionModel) -> list[dict[str, float]]:
     """Quantiles of a law's own numbers, by label, in the order of its parameters."""
     labels = [p.label for p in _own(hypothesis)]
     amplitude = amplitude_labels(law, hypothesis.given)[-1]
@@ -152,7 +152,9 @@ def _settings(hypothesis: Hypothesis, law: Law) -> list[dict[str, float]]:
     ]
 
 
-def _changes(base: Local, family: Family, jobs: Sequence[tuple[Hypothesis, Job]]) -> np.ndarray:
+def _changes(
+    base: LocalFit, family: Family, jobs: Sequence[tuple[Hypothesis, ModelSetting]]
+) -> np.ndarray:
     """Change of every sample's expected reading by each job (n, jobs)."""
     here = {k: v for k, (v, _) in base.hypothesis.values(base.w).items()}
     every = dict(family.quiet) | base.hypothesis.constants() | here

@@ -15,7 +15,7 @@ from rigid.inference.checkpoint import Checkpoint
 from rigid.inference.coordinates import Chart, chart_of
 from rigid.inference.curvature import sharpened
 from rigid.inference.derived import (
-    Channel,
+    ChannelDraws,
     channels,
     evaluations,
     frictions,
@@ -84,8 +84,8 @@ class Calibrated:
     sensors: dict[str, np.ndarray]
     tracks: dict[str, np.ndarray]
     blocks: Blocks
-    shown: list[Channel]
-    prior_shown: list[Channel]
+    shown: list[ChannelDraws]
+    prior_shown: list[ChannelDraws]
     solver: SolverCheck | None
     records: tuple[Record, ...]
     seed: int

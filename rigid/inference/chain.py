@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
-class Layout:
+class ChainShape:
     """What a chain must have in common with the run that goes on with it."""
 
     ensembles: int

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
 
-from rigid.inference.chain import Block, EnsembleBlock, EnsembleState, Layout
+from rigid.inference.chain import Block, ChainShape, EnsembleBlock, EnsembleState
 from rigid.inference.proposal import MixtureProposal, Mode
 from rigid.io.cache import Shelf
 from rigid.io.errors import InputError
@@ -34,7 +34,7 @@ class Checkpoint:
         self._shelf = Shelf(Path(folder) / FOLDER, fingerprint, resume)
         self._count = 0
 
-    def begin(self, layout: Layout, proposal: MixtureProposal) -> MixtureProposal:
+    def begin(self, layout: ChainShape, proposal: MixtureProposal) -> MixtureProposal:
         """See that what is there is this run's chain, or begin one; gives the chain's proposal.
 
         Raises InputError for a chain that this run cannot go on with.

@@ -18,7 +18,7 @@ LEVELS = (5.0, 25.0, 50.0, 75.0, 95.0)
 
 
 @dataclasses.dataclass(frozen=True)
-class Channel:
+class ChannelDraws:
     """One sensor in one record: what it read and what the posterior says it should have read.
 
     - `record`, `cylinder`, `kind`, `quantity`; `time` (n,) [s]; `data` (n,) SI, NaN where nothing
@@ -89,7 +89,7 @@ def sensor_draws(laws: dict[str, np.ndarray], rng: np.random.Generator) -> dict[
     return out
 
 
-def channels(found: Found, z: np.ndarray, seed: int) -> list[Channel]:
+def channels(found: Found, z: np.ndarray, seed: int) -> list[ChannelDraws]:
     """Compare every channel with predictions from draws z (n, size); the first is the best fit."""
     problem, rng = found.problem, np.random.default_rng(seed)
     _, laws = evaluations(problem, z)
@@ -111,7 +111,7 @@ def channels(found: Found, z: np.ndarray, seed: int) -> list[Channel]:
     return out
 
 
-def _channel(found: Found, piece: Piece, i: int, reading: np.ndarray, noise: tuple) -> Channel:
+def _channel(found: Found, piece: Piece, i: int, reading: np.ndarray, noise: tuple) -> ChannelDraws:
     """Make one channel; row 0 of `reading` (draws, samples) is the best fit."""
     track = found.problem.groups[piece.group].tracks[piece.tracks[i]]
     n, step = int(track.samples), piece.sheet.step
@@ -124,7 +124,7 @@ def _channel(found: Found, piece: Piece, i: int, reading: np.ndarray, noise: tup
     raw = np.where(read, data - reading[0], 0.0) / piece.sheet.floor
     ahead = autoregression(raw, read).ahead(raw, read)
     memory = found.correlation[piece.group, piece.quantity, piece.tracks[i]]
-    return Channel(
+    return ChannelDraws(
         record=track.name,
         cylinder=track.cylinder,
         kind=track.kind,
@@ -139,6 +139,6 @@ def _channel(found: Found, piece: Piece, i: int, reading: np.ndarray, noise: tup
     )
 
 
-def overall_gap(shown: list[Channel]) -> float:
+def overall_gap(shown: list[ChannelDraws]) -> float:
     """Root mean square of all residuals together."""
     return float(np.sqrt(np.nanmean(np.concatenate([c.residual for c in shown]) ** 2)))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid.inference import moves
-from rigid.inference.chain import EnsembleBlock, EnsembleState, Layout
+from rigid.inference.chain import ChainShape, EnsembleBlock, EnsembleState
 from rigid.inference.proposal import LogProb, MixtureProposal
 from rigid.io.errors import UnusableResultError
 
@@ -18,7 +18,7 @@ from rigid.io.errors import UnusableResultError
 REDRAWS = 100
 
 
-class Interrupted(Exception):
+class Abandoned(Exception):
     """The block was given up: another ensemble failed, or the user asked to stop."""
 
 
@@ -29,12 +29,12 @@ class Ensemble:
     - log_prob: (walkers // 2, d) -> (walkers // 2,). Half of the walkers at once: the moves along
       other walkers ask for one half and then the other, the independence move for both, and so
       nothing is evaluated in vain
-    - stop: set it, and blocks under way end with `Interrupted` at their next likelihood
+    - stop: set it, and blocks under way end with `Abandoned` at their next likelihood
     """
 
     log_prob: LogProb
     proposal: MixtureProposal
-    layout: Layout
+    layout: ChainShape
     stop: threading.Event = field(default_factory=threading.Event)
 
     def block(self, index: int, before: EnsembleState | None) -> EnsembleBlock:
@@ -76,7 +76,7 @@ class Ensemble:
 
     def _stoppable(self, z: NDArray[np.float64]) -> NDArray[np.float64]:
         if self.stop.is_set():
-            raise Interrupted
+            raise Abandoned
         return self.log_prob(z)
 
     def _begin(self, index: int, counted: moves.Padded) -> EnsembleState:

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from rigid.inference.derived import LEVELS, Channel
+from rigid.inference.derived import LEVELS, ChannelDraws
 from rigid.kinds import KINDS
 
 OUTSIDE = 0.05
@@ -14,7 +14,7 @@ Band = tuple[str, float, float]
 """What excites, lowest and highest frequency [Hz]."""
 
 
-def excited(channels: Iterable[Channel]) -> tuple[Band, ...]:
+def excited(channels: Iterable[ChannelDraws]) -> tuple[Band, ...]:
     """Give the bands in which the plunger moves, one for each kind of record that tells.
 
     A band holds nine tenths of the energy of the plunger's velocity in every record of its kind,
@@ -34,7 +34,7 @@ def excited(channels: Iterable[Channel]) -> tuple[Band, ...]:
     )
 
 
-def _velocity(channel: Channel) -> tuple[np.ndarray, np.ndarray] | None:
+def _velocity(channel: ChannelDraws) -> tuple[np.ndarray, np.ndarray] | None:
     """Frequencies [Hz] and energy of the velocity at them (m,); None where no sensor tells it."""
     read = channel.quantiles[LEVELS.index(50.0)]
     interval = float(channel.time[1] - channel.time[0])

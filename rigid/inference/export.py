@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from rigid.inference.derived import Channel
+from rigid.inference.derived import ChannelDraws
 from rigid.inference.friction_curve import FREQUENCIES, Friction
 from rigid.inference.pointwise import Blocks
 from rigid.inference.summary import ParameterRow
@@ -116,7 +116,7 @@ def about_sensors(problem: Problem) -> dict[str, dict[str, About]]:
     return out
 
 
-def series_groups(channels: Sequence[Channel], replicates: str) -> dict[str, xr.Dataset]:
+def series_groups(channels: Sequence[ChannelDraws], replicates: str) -> dict[str, xr.Dataset]:
     """Group `observed_data`, and the replicated data as the group named `replicates`.
 
     Every channel is a variable `quantity[record,cylinder]` over a time of its own.

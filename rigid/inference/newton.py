@@ -37,7 +37,7 @@ PATIENCE = 3
 """Steps that promise that little and lead up, after which the solver ends."""
 
 
-class Local(NamedTuple):
+class Expansion(NamedTuple):
     """The negative log-posterior around a point of (z, standard gains and zeros), noise held.
 
     - `value`; `gradient` (n,); `information` (n, n): prior included.
@@ -72,25 +72,28 @@ def split(
 class Samples(NamedTuple):
     """The samples of one piece around a point; n = its samples, all tracks after one another.
 
-    - `value` (n,): log-likelihood. - `score`, `bend` (n,): its slope and minus its curvature by the
-      expected record. - `design` (n, size): slope of the expected record by the entries of w.
+    - `value` (n,): log-likelihood. - `score`, `curvature` (n,): its slope and minus its curvature
+      by the expected record. - `design` (n, size): slope of the expected record by the entries of
+      w.
     """
 
     value: Array
     score: Array
-    bend: Array
+    curvature: Array
     design: Array
 
 
 @eqx.filter_jit
-def local(problem: Problem, w: Array, z_noise: Array) -> Local:
+def local(problem: Problem, w: Array, z_noise: Array) -> Expansion:
     """Expand the negative log-posterior around w; noise levels `z_noise` are held."""
-    prior = Local(0.5 * jnp.sum(w * w), w, jnp.eye(len(w)))
+    prior = Expansion(0.5 * jnp.sum(w * w), w, jnp.eye(len(w)))
     parts = [
-        Local(-jnp.sum(s.value), -s.design.T @ s.score, (s.design * s.bend[:, None]).T @ s.design)
+        Expansion(
+            -jnp.sum(s.value), -s.design.T @ s.score, (s.design * s.curvature[:, None]).T @ s.design
+        )
         for s in _samples(problem, w, z_noise)
     ]
-    return Local(*(reduce(add, terms) for terms in zip(prior, *parts, strict=True)))
+    return Expansion(*(reduce(add, terms) for terms in zip(prior, *parts, strict=True)))
 
 
 def _samples(problem: Problem, w: Array, z_noise: Array) -> list[Samples]:
@@ -231,7 +234,7 @@ class ScoringSolver(optx.AbstractMinimiser):
         """Hand over value, gradient and information at the end."""
         del fn, aux, args, options
         info = rest[0].info
-        return y, Local(info.f, info.grad, info.hessian.as_matrix()), {}
+        return y, Expansion(info.f, info.grad, info.hessian.as_matrix()), {}
 
 
 def _info(value: Array, gradient: Array, information: Array) -> Any:
@@ -247,7 +250,7 @@ def _expanded(w: Array, args: tuple[Problem, Array]) -> tuple[Array, tuple[Array
     return jnp.asarray(found.value), (jnp.asarray(found.gradient), jnp.asarray(found.information))
 
 
-def descend(problem: Problem, w: np.ndarray, z_noise: np.ndarray) -> tuple[np.ndarray, Local]:
+def descend(problem: Problem, w: np.ndarray, z_noise: np.ndarray) -> tuple[np.ndarray, Expansion]:
     """Lead w to an optimum; returns it and the expansion there, in NumPy.
 
     The best point so far is returned when the steps are used up.
@@ -262,6 +265,6 @@ def descend(problem: Problem, w: np.ndarray, z_noise: np.ndarray) -> tuple[np.nd
         throw=False,
     )
     there: Any = solution.aux  # what `postprocess` handed over
-    return np.asarray(solution.value), Local(
+    return np.asarray(solution.value), Expansion(
         float(there.value), np.asarray(there.gradient), np.asarray(there.information)
     )

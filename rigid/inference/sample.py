@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid.inference import convergence
-from rigid.inference.chain import Block, Layout
+from rigid.inference.chain import Block, ChainShape
 from rigid.inference.checkpoint import Checkpoint
 from rigid.inference.ensemble import Ensemble
 from rigid.inference.proposal import LogProb, MixtureProposal
@@ -152,8 +152,8 @@ def _check(settings: Settings, d: int) -> None:
         raise ValueError(f"{len(settings.names)} names for {d} components of z")
 
 
-def _layout(settings: Settings, d: int) -> Layout:
-    return Layout(settings.ensembles, settings.block, settings.walkers, d, settings.seed)
+def _layout(settings: Settings, d: int) -> ChainShape:
+    return ChainShape(settings.ensembles, settings.block, settings.walkers, d, settings.seed)
 
 
 def _next_block(pool: ThreadPoolExecutor, ensemble: Ensemble, done: list[Block]) -> Block:

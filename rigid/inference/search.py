@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rigid.inference.newton import Local, descend, is_noise, joined, split
+from rigid.inference.newton import Expansion, descend, is_noise, joined, split
 from rigid.inference.scores import residuals, score_correlation, weighted
 from rigid.inference.settled import Settled, away_from_top, settled
 from rigid.io.errors import InputError
@@ -266,7 +266,7 @@ def _distance(a: np.ndarray, b: np.ndarray, known: np.ndarray) -> float:
 
 
 def _optimum(
-    problem: Problem, w: np.ndarray, reached: int, there: Local, z_noise: np.ndarray
+    problem: Problem, w: np.ndarray, reached: int, there: Expansion, z_noise: np.ndarray
 ) -> Optimum:
     """Lay the Gaussian law around an end of the solver."""
     z, standard = (np.asarray(part) for part in split(problem, w, z_noise))

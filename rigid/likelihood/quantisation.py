@@ -68,9 +68,9 @@ def interval(residual: Array, sigma: Array, step: float | Array) -> Point:
     value = jnp.log(mass) - 0.5 * low * low
     scale = jnp.exp(-LOG_SQRT_2PI) / mass
     ratio_low, ratio_high = scale, scale * fade
-    pull = ratio_low - ratio_high
-    curvature = low * ratio_low - high * ratio_high - pull * pull
-    return Point(value, jnp.sign(residual) * pull / sigma, curvature / sigma**2)
+    score = ratio_low - ratio_high
+    curvature = low * ratio_low - high * ratio_high - score * score
+    return Point(value, jnp.sign(residual) * score / sigma, curvature / sigma**2)
 
 
 class Curve(NamedTuple):

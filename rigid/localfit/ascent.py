@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from rigid.localfit.expansion import Point, Program, expand, expanded
-from rigid.localfit.local import Local, fitted_noise, with_noise
+from rigid.localfit.local import LocalFit, fitted_noise, with_noise
 from rigid.localfit.trust_region import model_of, moved_within, promised
 
 LONGEST = 2.0
@@ -38,7 +38,7 @@ class Tried(NamedTuple):
 
     step: Float[np.ndarray, " size"]
     gain: float
-    local: Local
+    local: LocalFit
 
 
 class Climb(NamedTuple):
@@ -53,8 +53,8 @@ class Climb(NamedTuple):
     of Chamberlain, Powell, Lemarechal and Pedersen 1982, Math. Program. Study 16).
     """
 
-    best: Local
-    here: Local
+    best: LocalFit
+    here: LocalFit
     radius: float
     close: float = CLOSE
 
@@ -99,7 +99,7 @@ class Climb(NamedTuple):
         return self._replace(here=self.best, radius=radius)
 
 
-def led(program: Program, found: Sequence[Local], turns: int = MOST_TURNS) -> list[Local]:
+def led(program: Program, found: Sequence[LocalFit], turns: int = MOST_TURNS) -> list[LocalFit]:
     """Lead hypotheses to their optima and their noise levels to theirs.
 
     - `turns`: of the program, at most, before the noise levels move; half as many after.
@@ -107,12 +107,12 @@ def led(program: Program, found: Sequence[Local], turns: int = MOST_TURNS) -> li
     return settled(program, descended(program, found, turns), turns // 2)
 
 
-def settled(program: Program, found: Sequence[Local], turns: int) -> list[Local]:
+def settled(program: Program, found: Sequence[LocalFit], turns: int) -> list[LocalFit]:
     """Lead noise levels to their optima, then hypotheses to theirs."""
     return descended(program, [with_noise(one, fitted_noise(one)) for one in found], turns)
 
 
-def refined(local: Local, chord: bool = False, most: int = MOST_STEPS) -> Local:
+def refined(local: LocalFit, chord: bool = False, most: int = MOST_STEPS) -> LocalFit:
     """Lead one hypothesis and its noise levels to their optima, CLOSER.
 
     - `chord`: keep the slopes by all but the added effects' numbers.
@@ -123,7 +123,7 @@ def refined(local: Local, chord: bool = False, most: int = MOST_STEPS) -> Local:
     return _refined(local, chord, most)
 
 
-def _refined(local: Local, chord: bool, most: int) -> Local:
+def _refined(local: LocalFit, chord: bool, most: int) -> LocalFit:
     if not chord:
         return descended(Program(local.family), [local], most, CLOSER)[0]
     (end,) = climbed(Program(local.family, kept=local.design), [local], most, CLOSER)
@@ -134,14 +134,14 @@ def _refined(local: Local, chord: bool, most: int) -> Local:
 
 
 def descended(
-    program: Program, found: Sequence[Local], turns: int = MOST_TURNS, close: float = CLOSE
-) -> list[Local]:
+    program: Program, found: Sequence[LocalFit], turns: int = MOST_TURNS, close: float = CLOSE
+) -> list[LocalFit]:
     """Lead hypotheses uphill, noise levels held, for so many turns of the program at most."""
     return [climb.best for climb in climbed(program, found, turns, close)]
 
 
 def climbed(
-    program: Program, found: Sequence[Local], turns: int, close: float = CLOSE
+    program: Program, found: Sequence[LocalFit], turns: int, close: float = CLOSE
 ) -> list[Climb]:
     """The same, with how each climb ended."""
     climbs = [Climb(one, one, LONGEST, close) for one in found]
@@ -164,7 +164,7 @@ def climbed(
 
 
 def _steps(
-    local: Local, radius: float, tries: int
+    local: LocalFit, radius: float, tries: int
 ) -> list[tuple[Float[np.ndarray, " size"], float]]:
     """Steps of w, each SHORTER than the one before, and what they promise."""
     model = model_of(local)

@@ -53,7 +53,7 @@ which it is rounding: there records say nothing, and amplitudes stay where their
 class Bundle:
     """A hidden force, flow or distortion: several amplitudes of unknown common size.
 
-    - `columns` (m,): which of the screened traces belong to it.
+    - `columns` (m,): which of the screened signatures belong to it.
     """
 
     def __init__(self, columns: np.ndarray, information: np.ndarray):
@@ -67,7 +67,7 @@ class Bundle:
         self._variances = STRENGTHS**2 / max(float(self._values.sum()), 1e-12)
 
     def log_bayes(self, slope: np.ndarray) -> np.ndarray:
-        """Log Bayes factor against nothing (...,) for slopes (..., k) of all screened traces."""
+        """Log Bayes factor against nothing (...,) for slopes (..., k) of what was screened."""
         along = (slope[..., self.columns] / self._size) @ self._axes
         out = []
         for variance in self._variances:
@@ -82,7 +82,7 @@ class Bundle:
         return len(self._values)
 
     def slopes(self, whitened: np.ndarray) -> np.ndarray:
-        """Slopes (..., m) of its traces from standard normal numbers (..., rank)."""
+        """Slopes (..., m) of its signatures from standard normal numbers (..., rank)."""
         return (whitened * np.sqrt(self._values)) @ self._axes.T * self._size
 
     def amplitudes(self, slope: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -14,7 +14,7 @@ from jaxtyping import Float
 
 from rigid.localfit.families import Family, read, sweep
 from rigid.localfit.hypothesis import Hypothesis
-from rigid.localfit.local import Local
+from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import Layout, data_of, flat_readings, split_swept, terms
 
 STEP = 1e-6
@@ -63,7 +63,7 @@ class Point(NamedTuple):
     z_noise: Float[np.ndarray, " levels"]
 
     @classmethod
-    def beside(cls, local: Local, w: Float[np.ndarray, " size"]) -> "Point":
+    def beside(cls, local: LocalFit, w: Float[np.ndarray, " size"]) -> "Point":
         """Another point of a hypothesis that has been fitted."""
         return cls(local.hypothesis, local.layout, w, local.z_noise)
 
@@ -97,7 +97,7 @@ def _scenes(hypothesis: Hypothesis) -> list[Scene]:
     return scenes
 
 
-def expand(program: Program, points: Sequence[Point]) -> list[Local]:
+def expand(program: Program, points: Sequence[Point]) -> list[LocalFit]:
     """Expand the likelihoods of hypotheses in one sweep of a program that holds them all."""
     found = (_derivatives if program.family.steady else _differences)(program, points)
     out, at = [], 0
@@ -109,7 +109,7 @@ def expand(program: Program, points: Sequence[Point]) -> list[Local]:
     return out
 
 
-def expanded(family: Family, point: Point) -> Local:
+def expanded(family: Family, point: Point) -> LocalFit:
     """Expand the likelihood of one hypothesis, all slopes by the program's own derivatives."""
     return expand(Program(family), [point])[0]
 
@@ -126,7 +126,7 @@ def _composed(layout: Layout, scenes: Sequence[Scene], found: Sequence[Swept]) -
 
 def _laid(
     family: Family, point: Point, swept: Swept, known: Float[np.ndarray, "n size"] | None
-) -> Local:
+) -> LocalFit:
     """Expand the likelihood around readings that have been simulated.
 
     - `known`: slopes by all but the added effects' numbers, where `swept` has them by those alone.
@@ -147,7 +147,7 @@ def _laid(
     design[rows, at] = reading * spreads[layout.sensor, 0]
     design[rows, at + 1] = spreads[layout.sensor, 1]
     found = terms(layout, residual, hypothesis.sigmas(z_noise))
-    return Local(hypothesis, family, layout, w, z_noise, reading, residual, found, design)
+    return LocalFit(hypothesis, family, layout, w, z_noise, reading, residual, found, design)
 
 
 def added_size(hypothesis: Hypothesis) -> int:

@@ -20,7 +20,7 @@ from scipy.special import logsumexp
 
 from rigid.likelihood.priors import AbstractLaw
 from rigid.localfit.candidates import standard_of
-from rigid.localfit.local import Local
+from rigid.localfit.local import LocalFit
 
 WIDE = 0.25
 """Sd of an amplitude, on the standard scale of its prior, from which on it goes by the grid."""
@@ -47,18 +47,18 @@ class Shape:
     steps: np.ndarray
     log_mass: np.ndarray
 
-    def integral(self, pull: np.ndarray, value: np.ndarray | float) -> np.ndarray:
+    def integral(self, gradient: np.ndarray, value: np.ndarray | float) -> np.ndarray:
         """Log of the integral of likelihood times prior.
 
-        - `pull` (..., d), `value` (...): slope of the log-likelihood at w, and itself.
+        - `gradient` (..., d), `value` (...): slope of the log-likelihood at w, and itself.
         """
         other, slope = self._other, self.slope[self._other]
-        asked = pull[..., other] - slope * self.centre[other]
+        asked = gradient[..., other] - slope * self.centre[other]
         moved = cho_solve(self._solved, asked.reshape(-1, len(other)).T).T.reshape(asked.shape)
         top = value + 0.5 * np.sum(asked * moved, axis=-1) + self._level
         if not len(self.wide):
             return np.asarray(top)
-        free = pull[..., self.wide] - moved @ self._cross.T
+        free = gradient[..., self.wide] - moved @ self._cross.T
         return np.asarray(top + _log_sum(free @ self.steps + self._curve))
 
     @cached_property
@@ -87,8 +87,8 @@ class Shape:
     def _curve(self) -> np.ndarray:
         """Log of the integrand on the grid (k,) but for the slope there, the rest at its best."""
         own = self.information[np.ix_(self.wide, self.wide)]
-        bend = own - self._cross @ cho_solve(self._solved, self._cross.T)
-        return self.log_mass - 0.5 * np.einsum("mk,mn,nk->k", self.steps, bend, self.steps)
+        curvature = own - self._cross @ cho_solve(self._solved, self._cross.T)
+        return self.log_mass - 0.5 * np.einsum("mk,mn,nk->k", self.steps, curvature, self.steps)
 
     def without(self, information: np.ndarray) -> "Shape":
         """Return the shape with less to go by: that of some samples taken off."""
@@ -115,20 +115,20 @@ class Amplitude(NamedTuple):
 
 
 def shape_of(
-    local: Local, amplitudes: Mapping[str, AbstractLaw], bend: np.ndarray | None = None
+    local: LocalFit, amplitudes: Mapping[str, AbstractLaw], curvature: np.ndarray | None = None
 ) -> Shape:
     """The shape of a law's evidence around its fit.
 
     - `amplitudes`: laws of its amplitudes, by label; they may be others than it was fitted with.
-    - `bend` (n,): minus the curvature of each sample, in place of the fit's.
+    - `curvature` (n,): minus the curvature of each sample, in place of the fit's.
     """
     values, labels = local.hypothesis.values(local.w), local.hypothesis.labels
     listed = [
         Amplitude(labels.index(label), *values[label], law) for label, law in amplitudes.items()
     ]
-    if bend is None:
+    if curvature is None:
         return shape(local.information - np.eye(len(local.w)), local.w, listed)
-    return shape(local.design.T @ (local.design * bend[:, None]), local.w, listed)
+    return shape(local.design.T @ (local.design * curvature[:, None]), local.w, listed)
 
 
 def shape(information: np.ndarray, w: np.ndarray, amplitudes: Sequence[Amplitude]) -> Shape:
@@ -152,8 +152,8 @@ def shape(information: np.ndarray, w: np.ndarray, amplitudes: Sequence[Amplitude
     return Shape(information, centre, slope, wide, flat, mass)
 
 
-def evidence(local: Local, amplitudes: Mapping[str, AbstractLaw]) -> float:
+def evidence(local: LocalFit, amplitudes: Mapping[str, AbstractLaw]) -> float:
     """Log evidence of a law from its fit, with `amplitudes` as in `shape_of`."""
-    pull = local.design.T @ local.terms.score
+    gradient = local.design.T @ local.terms.score
     value = local.terms.value.sum() - 0.5 * local.z_noise @ local.z_noise
-    return float(shape_of(local, amplitudes).integral(pull, value))
+    return float(shape_of(local, amplitudes).integral(gradient, value))

@@ -4,12 +4,12 @@ from typing import Any
 
 import numpy as np
 
-from rigid.localfit.local import Local
+from rigid.localfit.local import LocalFit
 
 Z_90 = 1.6448536269514722
 
 
-def interval(local: Local, label: str) -> dict[str, Any]:
+def interval(local: LocalFit, label: str) -> dict[str, Any]:
     """Median and 90 % interval of a parameter, by the Gaussian law around the fit."""
     number = local.hypothesis.labels.index(label)
     parameter = local.hypothesis.parameters[number]

@@ -19,8 +19,8 @@ from rigid.likelihood.priors import AbstractLaw
 from rigid.localfit.ascent import descended
 from rigid.localfit.expansion import Point, Program, expand
 from rigid.localfit.integral import Shape, evidence, shape_of
-from rigid.localfit.local import Local, with_weights
-from rigid.localfit.trust_region import Model, bent_of
+from rigid.localfit.local import LocalFit, with_weights
+from rigid.localfit.trust_region import Model, log_factors_of
 
 BLOCKS = 8
 """Parts of a record that an effect confined to it is judged on, each left out in turn."""
@@ -39,7 +39,7 @@ Amplitudes = Mapping[str, AbstractLaw]
 class Judged:
     """A hypothesis to be judged: its fit, and its amplitudes as in `shape_of`."""
 
-    local: Local
+    local: LocalFit
     amplitudes: Amplitudes = dataclasses.field(default_factory=dict)
 
 
@@ -50,7 +50,7 @@ class HeldOut(NamedTuple):
     refitted: Bool[np.ndarray, " parts"]
 
 
-class Job(NamedTuple):
+class HeldOutFit(NamedTuple):
     """A fit to be made again: without a part's rows, from w moved by `shift` on."""
 
     name: str
@@ -59,7 +59,7 @@ class Job(NamedTuple):
     shift: Float[np.ndarray, " size"]
 
 
-def units(local: Local, only: str | None) -> list[Rows]:
+def units(local: LocalFit, only: str | None) -> list[Rows]:
     """Rows of each part that is left out in turn: the records, or blocks of the one of `only`.
 
     Where there is one record alone, its blocks.
@@ -86,11 +86,11 @@ def left_out(
     Source: the chain rule, log p(y_u | rest) = log Z(all) - log Z(rest).
     """
     out: dict[str, HeldOut] = {}
-    jobs: list[Job] = []
+    jobs: list[HeldOutFit] = []
     for name, one in fits.items():
         density, far = _by_parabola(one, parts)
         out[name] = HeldOut(density, np.zeros(len(parts), dtype=bool))
-        jobs += [Job(name, part, parts[part], shift) for part, shift in far.items()]
+        jobs += [HeldOutFit(name, part, parts[part], shift) for part, shift in far.items()]
     if program is None or not jobs:
         return out
     for job, rest in zip(jobs, _again(program, fits, jobs), strict=True):
@@ -107,14 +107,14 @@ def _by_parabola(
     """Density of each part (parts,), and how far w moves without those that move it too far."""
     local = one.local
     shape = shape_of(local, one.amplitudes)
-    pull = local.design.T @ local.terms.score
+    gradient = local.design.T @ local.terms.score
     value = local.terms.value.sum()
-    everything = float(shape.integral(pull, value))
+    everything = float(shape.integral(gradient, value))
     density, far = np.empty(len(parts)), {}
     for number, rows in enumerate(parts):
         design = local.design[rows]
-        rest = shape.without(design.T @ (design * local.terms.bend[rows, None]))
-        asked = pull - design.T @ local.terms.score[rows]
+        rest = shape.without(design.T @ (design * local.terms.curvature[rows, None]))
+        asked = gradient - design.T @ local.terms.score[rows]
         density[number] = everything - rest.integral(asked, value - local.terms.value[rows].sum())
         shift = _moved(local, rest, asked)
         told = np.diag(rest.information) > LEFT_ALONE
@@ -125,27 +125,29 @@ def _by_parabola(
 
 
 def _moved(
-    local: Local, rest: Shape, pull: Float[np.ndarray, " size"]
+    local: LocalFit, rest: Shape, gradient: Float[np.ndarray, " size"]
 ) -> Float[np.ndarray, " size"]:
     """How far the top is from w without a part."""
-    model = Model(rest.information, pull, local.w, bent_of(local))
+    model = Model(rest.information, gradient, local.w, log_factors_of(local))
     return model.place(model.top(0.0, np.zeros(len(local.w)))) - local.w
 
 
-def _own(local: Local, rows: Rows) -> Bool[np.ndarray, " size"]:
+def _own(local: LocalFit, rows: Rows) -> Bool[np.ndarray, " size"]:
     """Which numbers belong to the records of some rows alone."""
     layout = local.layout
     return local.hypothesis.own_of({layout.tracks[i] for i in np.unique(layout.track[rows])})
 
 
-def _shared(local: Local, rows: Rows) -> Bool[np.ndarray, " size"]:
+def _shared(local: LocalFit, rows: Rows) -> Bool[np.ndarray, " size"]:
     """Which numbers do not, those of sensors left out."""
     shared = ~_own(local, rows)
     shared[len(local.hypothesis.parameters) :] = False
     return shared
 
 
-def _again(program: Program, fits: Mapping[str, Judged], jobs: Sequence[Job]) -> list[Local]:
+def _again(
+    program: Program, fits: Mapping[str, Judged], jobs: Sequence[HeldOutFit]
+) -> list[LocalFit]:
     """Fits without some rows, noise levels held."""
     points = []
     for job in jobs:
@@ -156,7 +158,7 @@ def _again(program: Program, fits: Mapping[str, Judged], jobs: Sequence[Job]) ->
     return descended(program, expand(program, points), MOST_AGAIN)
 
 
-def held_out_gap(local: Local, parts: Sequence[Rows]) -> float:
+def held_out_gap(local: LocalFit, parts: Sequence[Rows]) -> float:
     """Root mean square of the residuals of all parts, each predicted by a fit to all the others."""
     squares, count = 0.0, 0
     residual = local.residual.copy()
@@ -168,22 +170,22 @@ def held_out_gap(local: Local, parts: Sequence[Rows]) -> float:
     return float(np.sqrt(squares / max(count, 1)))
 
 
-def _without(local: Local, rows: Rows) -> Float[np.ndarray, " size"]:
+def _without(local: LocalFit, rows: Rows) -> Float[np.ndarray, " size"]:
     """Change of w when some rows are left out, their record's own numbers fitted to them."""
-    information, pull = local.information, local.gradient
+    information, gradient = local.information, local.gradient
     design = local.design[rows]
-    rest = information - design.T @ (design * local.terms.bend[rows, None])
-    moved = np.linalg.solve(rest, pull - design.T @ local.terms.score[rows])
+    rest = information - design.T @ (design * local.terms.curvature[rows, None])
+    moved = np.linalg.solve(rest, gradient - design.T @ local.terms.score[rows])
     own = _own(local, rows)
     if own.any():
         free, held = np.flatnonzero(own), np.flatnonzero(~own)
-        shared = pull[free] - information[np.ix_(free, held)] @ moved[held]
+        shared = gradient[free] - information[np.ix_(free, held)] @ moved[held]
         moved[free] = np.linalg.solve(information[np.ix_(free, free)], shared)
     return moved
 
 
 def _ahead(
-    local: Local, residual: Float[np.ndarray, " n"], rows: Rows
+    local: LocalFit, residual: Float[np.ndarray, " n"], rows: Rows
 ) -> Float[np.ndarray, " ahead"]:
     """Residuals of some rows one step ahead, over what the sheet allows."""
     layout, out = local.layout, []
@@ -196,7 +198,7 @@ def _ahead(
     return np.concatenate(out) if out else np.zeros(0)
 
 
-def gap(local: Local, rows: Rows | None = None) -> float:
+def gap(local: LocalFit, rows: Rows | None = None) -> float:
     """Root mean square of the residuals one step ahead, 1 where all is explained."""
     rows = local.layout.read if rows is None else rows
     scaled = _ahead(local, local.residual, rows)

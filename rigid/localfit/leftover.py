@@ -1,8 +1,8 @@
-"""How far residuals resemble their neighbours once all traces have explained what they can.
+"""How far residuals resemble their neighbours once all signatures have explained what they can.
 
-Hundreds of traces explain noise as well, above all the slow part of it: what they leave looks less
-correlated than it was, and every strength that is judged by it comes out too large. How much they
-take is found by simulation: noise of a known correlation goes through the same explaining.
+Hundreds of signatures explain noise as well, above all the slow part of it: what they leave looks
+less correlated than it was, and every strength that is judged by it comes out too large. How much
+they take is found by simulation: noise of a known correlation goes through the same explaining.
 """
 
 import dataclasses
@@ -19,11 +19,11 @@ from rigid.likelihood.correlation import (
     autocovariance,
     of_covariance,
 )
-from rigid.localfit.local import Local
+from rigid.localfit.local import LocalFit
 from rigid.localfit.screening import gram
 
 TRACE_SD = 15.0
-"""Prior sd of each trace, in units of its own strength: strong enough for all that is asked of."""
+"""Prior sd of each signature, in units of its own strength: enough for all that is asked of."""
 PRICE = 2.0
 """Of an order of the autoregression (AIC). BIC takes short ones for noise that is coloured and
 rounded, whose memory then comes out a tenth too short; here too long does less harm."""
@@ -35,42 +35,42 @@ SETTLING = 100
 
 @dataclasses.dataclass(frozen=True)
 class Explaining:
-    """Regression of all scores on parameters and traces together.
+    """Regression of all scores on parameters and signatures together.
 
-    - `score`, `bend` (n,): of the fit. - `columns` (n, k), `pull` (k,) of their priors, `known`:
-      Cholesky factor of their information.
+    - `score`, `curvature` (n,): of the fit. - `columns` (n, k), `gradient` (k,) of their priors,
+      `known`: Cholesky factor of their information.
     """
 
     score: np.ndarray
-    bend: np.ndarray
+    curvature: np.ndarray
     columns: np.ndarray
-    pull: np.ndarray
+    gradient: np.ndarray
     known: tuple[np.ndarray, bool]
 
     @classmethod
-    def by(cls, local: Local, traces: np.ndarray) -> "Explaining":
-        """Lay out parameters and traces (n, k) of a fit."""
-        bend, fitted = local.terms.bend, len(local.w)
-        size = np.sqrt(np.einsum("nk,n,nk->k", traces, bend, traces))
-        unit = np.where(size > 0.0, size, np.inf)  # where no sample tells, a trace explains nothing
-        columns = np.concatenate([local.design, traces / unit], axis=1)
+    def by(cls, local: LocalFit, signatures: np.ndarray) -> "Explaining":
+        """Lay out parameters and signatures (n, k) of a fit."""
+        curvature, fitted = local.terms.curvature, len(local.w)
+        size = np.sqrt(np.einsum("nk,n,nk->k", signatures, curvature, signatures))
+        unit = np.where(size > 0.0, size, np.inf)  # what no sample shows explains nothing
+        columns = np.concatenate([local.design, signatures / unit], axis=1)
         spread = np.concatenate([np.ones(fitted), np.full(len(size), TRACE_SD)])
-        known = cho_factor(np.diag(spread**-2.0) + gram(columns, bend))
-        pull = np.concatenate([-local.w, np.zeros(len(size))])
-        return cls(local.terms.score, bend, columns, pull, known)
+        known = cho_factor(np.diag(spread**-2.0) + gram(columns, curvature))
+        gradient = np.concatenate([-local.w, np.zeros(len(size))])
+        return cls(local.terms.score, curvature, columns, gradient, known)
 
     @property
     def left(self) -> np.ndarray:
         """Scores (n, 1) that nothing explains."""
-        return self._left(self.score[:, None], self.pull[:, None])
+        return self._left(self.score[:, None], self.gradient[:, None])
 
     def left_of(self, noise: np.ndarray) -> np.ndarray:
         """What would be left of scores (n, draws) that are all noise."""
-        return self._left(noise, np.zeros((len(self.pull), 1)))
+        return self._left(noise, np.zeros((len(self.gradient), 1)))
 
-    def _left(self, scores: np.ndarray, pull: np.ndarray) -> np.ndarray:
-        explained = self.columns @ cho_solve(self.known, self.columns.T @ scores + pull)
-        return scores - self.bend[:, None] * explained
+    def _left(self, scores: np.ndarray, gradient: np.ndarray) -> np.ndarray:
+        explained = self.columns @ cho_solve(self.known, self.columns.T @ scores + gradient)
+        return scores - self.curvature[:, None] * explained
 
 
 def noise_laws(

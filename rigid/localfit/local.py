@@ -23,7 +23,7 @@ NOISE_GRID = np.linspace(-5.0, 5.0, 81)
 
 
 @dataclasses.dataclass(frozen=True)
-class Local:
+class LocalFit:
     """A hypothesis at w, and all that is known of the samples there.
 
     - `residual` (n,): recorded less expected; `reading` (n,): ideal. - `terms`: the likelihood.
@@ -49,7 +49,7 @@ class Local:
     @cached_property
     def information(self) -> Float[np.ndarray, "size size"]:
         """Minus the Hessian of the log-posterior by w, prior included (size, size)."""
-        weighted = self.design * self.terms.bend[:, None]
+        weighted = self.design * self.terms.curvature[:, None]
         return np.eye(len(self.w)) + self.design.T @ weighted
 
     @cached_property
@@ -74,7 +74,7 @@ def _levels(sheet: SensorSheet, residual: Array, weight: Array, sigma: Array) ->
     return weight @ sheet.law(sigma)(residual[:, None]).value
 
 
-def fitted_noise(local: Local) -> np.ndarray:
+def fitted_noise(local: LocalFit) -> np.ndarray:
     """Most probable noise levels, on the scale of their priors (levels,), the rest held."""
     problem, layout = local.layout.problem, local.layout
     laws = {p.label: p.law for p in problem.parameters.sampled if p.base == "noise"}
@@ -94,21 +94,21 @@ def _peak(height: np.ndarray) -> float:
     """Place on the noise grid of the peak of a curve, by a parabola through its top."""
     i = int(np.clip(np.argmax(height), 1, len(height) - 2))
     left, top, right = height[i - 1 : i + 2]
-    bend = left - 2.0 * top + right
-    shift = 0.5 * (left - right) / bend if bend < 0.0 else 0.0
+    curvature = left - 2.0 * top + right
+    shift = 0.5 * (left - right) / curvature if curvature < 0.0 else 0.0
     return float(NOISE_GRID[i] + np.clip(shift, -1.0, 1.0) * (NOISE_GRID[1] - NOISE_GRID[0]))
 
 
-def with_noise(local: Local, z_noise: np.ndarray) -> Local:
+def with_noise(local: LocalFit, z_noise: np.ndarray) -> LocalFit:
     """Return the same fit with other noise levels."""
     return _again(local, local.layout, z_noise)
 
 
-def with_weights(local: Local, weight: np.ndarray) -> Local:
+def with_weights(local: LocalFit, weight: np.ndarray) -> LocalFit:
     """Return the same fit with other weights of the samples (n,)."""
     return _again(local, local.layout.weighed(weight), local.z_noise)
 
 
-def _again(local: Local, layout: Layout, z_noise: np.ndarray) -> Local:
+def _again(local: LocalFit, layout: Layout, z_noise: np.ndarray) -> LocalFit:
     found = terms(layout, local.residual, local.hypothesis.sigmas(z_noise))
     return dataclasses.replace(local, layout=layout, z_noise=z_noise, terms=found)

@@ -10,9 +10,9 @@ from scipy.stats import norm
 from rigid.localfit.candidates import Candidate, standard_of
 from rigid.localfit.expansion import Point, Program, expand
 from rigid.localfit.families import Family
-from rigid.localfit.local import Local
+from rigid.localfit.local import LocalFit
 from rigid.localfit.screening import Around, screen
-from rigid.localfit.signature import traces
+from rigid.localfit.signature import signatures
 
 FACTORS = {"kappa": (0.3, 3.0), "preload": (0.5, 2.0)}
 """By how much a record's own settings are varied."""
@@ -37,7 +37,7 @@ class Proposal(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """What to take, and how often it tells the two apart: an oracle, with Phi(apart)."""
+        """What to take; an ideal observer tells the two apart with Phi(apart)."""
         often = float(norm.cdf(self.apart))
         told = "more than 99 %" if often > 0.99 else f"{100 * often:.0f} %"
         return f"{self.words}: with it, the two are told apart in {told} of campaigns"
@@ -47,7 +47,7 @@ Apart = Callable[[int], float]
 """How far apart two explanations are with one more record like that of a number."""
 
 
-def best_record(base: Local, apart: Mapping[Setting, Apart]) -> Proposal | None:
+def best_record(base: LocalFit, apart: Mapping[Setting, Apart]) -> Proposal | None:
     """Find the record, like one of those there but otherwise set, that parts a pair best.
 
     - `apart`: by setting. None where no record has a setting.
@@ -63,7 +63,7 @@ def best_record(base: Local, apart: Mapping[Setting, Apart]) -> Proposal | None:
     return best
 
 
-def worded(base: Local, number: int, setting: Setting) -> str:
+def worded(base: LocalFit, number: int, setting: Setting) -> str:
     """Say which record it is: like number `number`, a setting of it changed."""
     track = base.layout.problem.track(base.layout.tracks[number])
     return (
@@ -72,13 +72,13 @@ def worded(base: Local, number: int, setting: Setting) -> str:
     )
 
 
-def _has(base: Local, setting: Setting, track: str) -> bool:
+def _has(base: LocalFit, setting: Setting, track: str) -> bool:
     """Whether a record has a setting, and it is uncertain."""
     own = base.hypothesis.of_track(track)
     return any(base.hypothesis.parameters[i].base == setting.name for i in own)
 
 
-def otherwise(base: Local, program: Program) -> dict[Setting, Local]:
+def otherwise(base: LocalFit, program: Program) -> dict[Setting, LocalFit]:
     """A fit with one setting of all records multiplied, by the settings that records have."""
     listed = [Setting(name, factor) for name, factors in FACTORS.items() for factor in factors]
     moved = {s: _moved(base, s) for s in listed}
@@ -88,7 +88,7 @@ def otherwise(base: Local, program: Program) -> dict[Setting, Local]:
     return dict(zip(points, expand(program, list(points.values())), strict=True))
 
 
-def _moved(base: Local, setting: Setting) -> Float[np.ndarray, " size"] | None:
+def _moved(base: LocalFit, setting: Setting) -> Float[np.ndarray, " size"] | None:
     """w with one setting of all records multiplied, or None where no record has it."""
     w, found = base.w.copy(), False
     for i, parameter in enumerate(base.hypothesis.parameters):
@@ -99,7 +99,7 @@ def _moved(base: Local, setting: Setting) -> Float[np.ndarray, " size"] | None:
 
 
 def _one_more(
-    local: Local, there: Local, number: int
+    local: LocalFit, there: LocalFit, number: int
 ) -> tuple[Float[np.ndarray, "more size"], Float[np.ndarray, "more own"]]:
     """Slopes of one more record like that of a number: by shared numbers, and by its own anew."""
     slopes = there.design[_rows(local, number)]
@@ -109,29 +109,32 @@ def _one_more(
     return shared, slopes[:, own]
 
 
-def _rows(local: Local, number: int) -> np.ndarray:
+def _rows(local: LocalFit, number: int) -> np.ndarray:
     return (local.layout.track == number) & local.layout.read
 
 
 def between_effects(
-    base: Local, programs: tuple[Family, ...], pair: tuple[Candidate, Candidate], amplitude: float
+    base: LocalFit,
+    programs: tuple[Family, ...],
+    pair: tuple[Candidate, Candidate],
+    amplitude: float,
 ) -> Proposal | None:
     """Find the record that parts two effects by their signatures around one fit.
 
     - `amplitude`: of the first of the pair, as it was found.
     """
-    here = traces(base, programs, pair)
+    here = signatures(base, programs, pair)
 
-    def with_setting(there: Local) -> Apart:
-        changed = traces(there, programs, pair)
+    def with_setting(there: LocalFit) -> Apart:
+        changed = signatures(there, programs, pair)
 
         def apart(number: int) -> float:
             rows = _rows(base, number)
             shared, private = _one_more(base, there, number)
             old = np.pad(base.design, ((0, 0), (0, private.shape[1])))
             design = np.concatenate([old, np.concatenate([shared, private], axis=1)])
-            bend = np.concatenate([base.terms.bend, there.terms.bend[rows]])
-            around = Around(np.zeros(len(bend)), bend, design, np.zeros(design.shape[1]))
+            curvature = np.concatenate([base.terms.curvature, there.terms.curvature[rows]])
+            around = Around(np.zeros(len(curvature)), curvature, design, np.zeros(design.shape[1]))
             found = screen(around, np.concatenate([here, changed[rows]]))
             cosine = min(abs(float(found.cosines[0, 1])), 1.0)
             return abs(amplitude) * float(found.size[0]) * float(np.sqrt(0.5 * (1.0 - cosine)))
@@ -142,7 +145,9 @@ def between_effects(
     return best_record(base, {s: with_setting(one) for s, one in there.items()})
 
 
-def between_fits(pair: tuple[Local, Local], programs: tuple[Program, Program]) -> Proposal | None:
+def between_fits(
+    pair: tuple[LocalFit, LocalFit], programs: tuple[Program, Program]
+) -> Proposal | None:
     """Find the record that parts two hypotheses that have been fitted.
 
     `apart` is half the distance of what the two expect of the record, in noise, once the one that
@@ -162,8 +167,8 @@ def between_fits(pair: tuple[Local, Local], programs: tuple[Program, Program]) -
 class End(NamedTuple):
     """A hypothesis at its fit, and with one setting of all records changed."""
 
-    local: Local
-    there: Local
+    local: LocalFit
+    there: LocalFit
 
 
 def _distance(true: End, wrong: End, number: int) -> float:
@@ -173,20 +178,20 @@ def _distance(true: End, wrong: End, number: int) -> float:
     present records let it, the mean over what they leave open of the true one.
     """
     rows = _rows(true.local, number)
-    bend = np.maximum(wrong.there.terms.bend[rows], 0.0)
+    curvature = np.maximum(wrong.there.terms.curvature[rows], 0.0)
     miss = wrong.there.residual[rows] - true.there.residual[rows]
     shared, private = _one_more(wrong.local, wrong.there, number)
     design = np.concatenate([shared, private], axis=1)
     known = np.eye(design.shape[1])
     known[: len(wrong.local.w), : len(wrong.local.w)] = wrong.local.information
-    weighed = design * bend[:, None]
+    weighed = design * curvature[:, None]
     solved = np.linalg.inv(known + design.T @ weighed)
     spread, _ = _one_more(true.local, true.there, number)
 
     def left(columns: np.ndarray) -> np.ndarray:
         """What the wrong one cannot follow of changes (n, k): their products (k, k)."""
         absorbed = weighed.T @ columns
-        return columns.T @ (bend[:, None] * columns) - absorbed.T @ solved @ absorbed
+        return columns.T @ (curvature[:, None] * columns) - absorbed.T @ solved @ absorbed
 
     certain = float(left(miss[:, None])[0, 0])
     uncertain = float(np.sum(true.local.covariance * left(spread)))

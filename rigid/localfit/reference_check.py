@@ -18,11 +18,13 @@ from rigid.inference.reference_check import (
 from rigid.likelihood.groups import AbstractGroup
 from rigid.localfit.families import quiet_values, read
 from rigid.localfit.hypothesis import Hypothesis
-from rigid.localfit.local import Local
+from rigid.localfit.local import LocalFit
 from rigid.physics.full import TOLERANCE
 
 
-def against_reference(local: Local, seed: int, tolerance: float = TOLERANCE) -> SolverCheck | None:
+def against_reference(
+    local: LocalFit, seed: int, tolerance: float = TOLERANCE
+) -> SolverCheck | None:
     """Solve a fit again by diffrax; None where there is nothing to solve.
 
     Noise levels stay at those of the fit.
@@ -50,7 +52,7 @@ def against_reference(local: Local, seed: int, tolerance: float = TOLERANCE) -> 
     return compared(problem, values, by_steps, by_solve, tolerance)
 
 
-def _values(local: Local, w: np.ndarray) -> dict[str, Array]:
+def _values(local: LocalFit, w: np.ndarray) -> dict[str, Array]:
     """SI values (points,) by label; what the fit has not is absent."""
     hypothesis = local.hypothesis
     places = [hypothesis.values(one) for one in w]

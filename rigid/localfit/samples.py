@@ -16,7 +16,7 @@ from rigid.likelihood.set_aside import Aside, listed
 from rigid.localfit.families import Swept
 
 
-class Channel(NamedTuple):
+class ChannelKey(NamedTuple):
     """One quantity in one record: `track` is "record,cylinder", `sensor` "quantity,cylinder"."""
 
     track: str
@@ -47,7 +47,7 @@ class Layout:
     """
 
     problem: Problem
-    channels: tuple[Channel, ...]
+    channels: tuple[ChannelKey, ...]
     channel: np.ndarray
     time: np.ndarray
     weight: np.ndarray
@@ -120,7 +120,7 @@ def lay_out(problem: Problem) -> Layout:
             track, rows = tracks[t], piece.data.shape[0]
             number.append(np.full(rows, len(channels)))
             channels.append(
-                Channel(track.label, track.kind, piece.quantity, piece.sensor(i), track.interval)
+                ChannelKey(track.label, track.kind, piece.quantity, piece.sensor(i), track.interval)
             )
             time.append(float(track.first) + track.interval * np.arange(rows))
             weight.append(np.asarray(piece.weight[:, i]))
@@ -149,7 +149,7 @@ class Terms(NamedTuple):
 
     value: np.ndarray
     score: np.ndarray
-    bend: np.ndarray
+    curvature: np.ndarray
 
 
 @eqx.filter_jit

@@ -14,7 +14,7 @@ import numpy as np
 
 from rigid.localfit.integral import Shape, shape_of
 from rigid.localfit.leave_one_out import Judged, Rows
-from rigid.localfit.local import Local
+from rigid.localfit.local import LocalFit
 
 CAMPAIGNS = 200
 AT_ONCE = 25
@@ -31,7 +31,7 @@ class Scattered(NamedTuple):
 
 
 def scattered(
-    true: Local,
+    true: LocalFit,
     fits: Mapping[str, Judged],
     parts: Sequence[Rows],
     seed: int,
@@ -42,11 +42,11 @@ def scattered(
     - `parts`: rows that are left out in turn; rows in none of them count for the evidence alone.
     """
     rng = np.random.default_rng(seed)
-    bend = np.maximum(true.terms.bend, 0.0)
+    curvature = np.maximum(true.terms.curvature, 0.0)
     judges = {name: Judge(one, true, parts) for name, one in fits.items()}
     found: dict[str, list[Scattered]] = {name: [] for name in fits}
     for _ in range(CAMPAIGNS // AT_ONCE):
-        scores = np.sqrt(bend) * rng.standard_normal((AT_ONCE, len(bend)))
+        scores = np.sqrt(curvature) * rng.standard_normal((AT_ONCE, len(curvature)))
         for name, judge in judges.items():
             found[name].append(judge(scores))
     return {
@@ -66,23 +66,23 @@ class Judge:
       `scattered`.
     """
 
-    def __init__(self, one: Judged, true: Local, parts: Sequence[Rows]):
+    def __init__(self, one: Judged, true: LocalFit, parts: Sequence[Rows]):
         local = one.local
-        bend = np.maximum(true.terms.bend, 0.0)
+        curvature = np.maximum(true.terms.curvature, 0.0)
         miss = local.residual - true.residual
         rest = ~np.any(np.array(parts), axis=0)
         rows = [np.flatnonzero(part) for part in (*parts, rest)]
         self._order = np.concatenate(rows)
         self._ends = np.cumsum([0, *(len(r) for r in rows)])
         self._columns = np.column_stack([local.design, miss])[self._order]
-        self._shape = shape_of(local, one.amplitudes, bend)
-        self._without = [self._less(local.design[r], bend[r]) for r in rows[:-1]]
-        steady = bend * miss
-        self._pull = np.array([local.design[r].T @ steady[r] for r in rows])
+        self._shape = shape_of(local, one.amplitudes, curvature)
+        self._without = [self._less(local.design[r], curvature[r]) for r in rows[:-1]]
+        steady = curvature * miss
+        self._gradient = np.array([local.design[r].T @ steady[r] for r in rows])
         self._value = np.array([-0.5 * steady[r] @ miss[r] for r in rows])
 
-    def _less(self, design: np.ndarray, bend: np.ndarray) -> Shape:
-        return self._shape.without(design.T @ (design * bend[:, None]))
+    def _less(self, design: np.ndarray, curvature: np.ndarray) -> Shape:
+        return self._shape.without(design.T @ (design * curvature[:, None]))
 
     def __call__(self, scores: np.ndarray) -> Scattered:
         """Judge campaigns; `scores` (campaigns, n): of their samples at the true readings."""
@@ -91,11 +91,11 @@ class Judge:
             [ordered[:, a:b] @ self._columns[a:b] for a, b in itertools.pairwise(self._ends)],
             axis=1,
         )
-        pull, value = self._pull + told[..., :-1], self._value - told[..., -1]
-        all_pull, all_value = pull.sum(axis=1), value.sum(axis=1)
-        evidence = self._shape.integral(all_pull, all_value)
+        gradient, value = self._gradient + told[..., :-1], self._value - told[..., -1]
+        all_gradient, all_value = gradient.sum(axis=1), value.sum(axis=1)
+        evidence = self._shape.integral(all_gradient, all_value)
         rest = [
-            shape.integral(all_pull - pull[:, i], all_value - value[:, i])
+            shape.integral(all_gradient - gradient[:, i], all_value - value[:, i])
             for i, shape in enumerate(self._without)
         ]
         return Scattered(evidence, evidence[:, None] - np.stack(rest, axis=1))

@@ -9,15 +9,15 @@ from scipy.linalg import cho_factor, cho_solve
 class Around(NamedTuple):
     """The log-likelihood of all samples around a fit.
 
-    - `score`, `bend` (n,): slope and minus curvature by the expected record.
+    - `score`, `curvature` (n,): slope and minus curvature by the expected record.
     - `design` (n, size): slope of the expected record by what the fit adjusts, in prior sds.
-    - `pull` (size,): slope of the log-posterior by the latter; 0 at an optimum.
+    - `gradient` (size,): slope of the log-posterior by the latter; 0 at an optimum.
     """
 
     score: np.ndarray
-    bend: np.ndarray
+    curvature: np.ndarray
     design: np.ndarray
-    pull: np.ndarray
+    gradient: np.ndarray
 
 
 class Screening(NamedTuple):
@@ -47,7 +47,7 @@ class Screening(NamedTuple):
 
     @property
     def cosines(self) -> np.ndarray:
-        """Cosines of the traces (k, k): 1 where two leave the same once all else has absorbed."""
+        """Cosines of the signatures (k, k), each less what all else absorbs of it."""
         return self.information / np.outer(self.size, self.size)
 
     def only(self, which: np.ndarray) -> "Screening":
@@ -56,46 +56,47 @@ class Screening(NamedTuple):
 
 
 LOST = 1e-13
-"""Part of a trace's information below which what the fit has not absorbed is rounding of readings
-that were simulated to ten digits or so."""
+"""Part of a signature's information below which what the fit has not absorbed is rounding of
+readings that were simulated to ten digits or so."""
 ROWS = 1024
-"""Samples that are multiplied at a time: most traces are 0 in most of these, and left out there."""
+"""Samples that are multiplied at a time: most signatures are 0 in most of these, and left out
+there."""
 
 
-def gram(columns: np.ndarray, bend: np.ndarray) -> np.ndarray:
-    """Products of columns (n, k) with each other, samples weighted by `bend` (n,): (k, k)."""
+def gram(columns: np.ndarray, curvature: np.ndarray) -> np.ndarray:
+    """Products of columns (n, k) with each other, samples weighted by `curvature` (n,): (k, k)."""
     out = np.zeros((columns.shape[1],) * 2)
     for begin in range(0, len(columns), ROWS):
         here = columns[begin : begin + ROWS]
         some = np.flatnonzero(here.any(axis=0))
         part = here[:, some]
-        out[np.ix_(some, some)] += part.T @ (part * bend[begin : begin + ROWS, None])
+        out[np.ix_(some, some)] += part.T @ (part * curvature[begin : begin + ROWS, None])
     return out
 
 
-def screen(around: Around, traces: np.ndarray) -> Screening:
+def screen(around: Around, signatures: np.ndarray) -> Screening:
     """Test every candidate.
 
-    - `traces` (n, k): change of the expected record per unit amplitude.
+    - `signatures` (n, k): change of the expected record per unit amplitude.
 
-    The fit's parameters have unit normal priors. A trace of which nothing is left, or that lies
+    The fit's parameters have unit normal priors. A signature of which nothing is left, or that lies
     where no sample tells, has slope and information 0. Source: Rao's score test, with nuisance
     parameters projected out; Cox and Hinkley 1974, Theoretical Statistics, sec. 9.3. Information is
     a sum of squares of what is left of each sample, not a difference of large numbers: no direction
-    has less than nothing, however much of a trace the fit absorbs.
+    has less than nothing, however much of a signature the fit absorbs.
     """
-    bend = np.maximum(around.bend, 0.0)  # of heavy tails, far out, it may be less
-    weighted = around.design * bend[:, None]
+    curvature = np.maximum(around.curvature, 0.0)  # of heavy tails, far out, it may be less
+    weighted = around.design * curvature[:, None]
     known = cho_factor(np.eye(around.design.shape[1]) + around.design.T @ weighted)
-    absorbed = cho_solve(known, weighted.T @ traces)
-    alone = np.einsum("nk,n,nk->k", traces, bend, traces)
+    absorbed = cho_solve(known, weighted.T @ signatures)
+    alone = np.einsum("nk,n,nk->k", signatures, curvature, signatures)
     information = absorbed.T @ absorbed  # what the priors say against absorbing that much
-    slope = absorbed.T @ (around.design.T @ around.score - around.pull)
-    for begin in range(0, len(traces), ROWS):
+    slope = absorbed.T @ (around.design.T @ around.score - around.gradient)
+    for begin in range(0, len(signatures), ROWS):
         rows = slice(begin, begin + ROWS)
-        left = traces[rows] - around.design[rows] @ absorbed
+        left = signatures[rows] - around.design[rows] @ absorbed
         slope += left.T @ around.score[rows]
-        left *= np.sqrt(bend[rows, None])
+        left *= np.sqrt(curvature[rows, None])
         information += left.T @ left
     seen = np.diag(information) > LOST * alone
     return Screening(np.where(seen, slope, 0.0), information * np.outer(seen, seen))

@@ -11,7 +11,7 @@ import numpy as np
 from rigid.inference.settled import Settled, away_from_top, settled
 from rigid.localfit.expansion import added_size
 from rigid.localfit.hypothesis import Hypothesis
-from rigid.localfit.local import Local
+from rigid.localfit.local import LocalFit
 
 NEAR_ABSENCE = 8.0
 """Nats that the prior takes for an effect that is as good as absent: four sds of an amplitude whose
@@ -24,7 +24,7 @@ def labels_of(hypothesis: Hypothesis) -> list[str]:
     return [*hypothesis.labels, *sensors]
 
 
-def nearer_priors(local: Local) -> list[np.ndarray]:
+def nearer_priors(local: LocalFit) -> list[np.ndarray]:
     """Other places w (size,) to begin from where a fit has left the priors; none where it has not.
 
     With the numbers that are too far at the centres of their priors, and with all numbers there:
@@ -37,7 +37,7 @@ def nearer_priors(local: Local) -> list[np.ndarray]:
     return [np.where(away, 0.0, local.w), np.zeros(len(local.w))]
 
 
-def state_of(local: Local) -> Settled:
+def state_of(local: LocalFit) -> Settled:
     """Judge where a refit ended.
 
     What an added effect's own numbers are far from is its absence, and is left to who weighs it:
@@ -51,7 +51,7 @@ def state_of(local: Local) -> Settled:
     return Settled(whole.away, far, whole.limit)
 
 
-def unsettled(local: Local, without: Local | None = None) -> str:
+def unsettled(local: LocalFit, without: LocalFit | None = None) -> str:
     """Return why a refit cannot be believed, in a sentence; empty where it can.
 
     - `without`: a fit of the same samples, weighted the same, of which this one is an extension by
@@ -65,7 +65,7 @@ def unsettled(local: Local, without: Local | None = None) -> str:
     return why
 
 
-def below(local: Local, without: Local) -> bool:
+def below(local: LocalFit, without: LocalFit) -> bool:
     """Whether a fit lies below one that it holds, by more than the prior takes for absence."""
     if not np.array_equal(without.layout.weight, local.layout.weight):
         return False

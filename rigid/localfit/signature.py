@@ -12,7 +12,7 @@ import numpy as np
 
 from rigid.localfit.candidates import Candidate
 from rigid.localfit.families import Family, holding, read, sweep
-from rigid.localfit.local import Local
+from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import Layout, flat_readings, split_swept
 
 SMALL = 1e-5
@@ -20,7 +20,7 @@ SMALL = 1e-5
 that costs much."""
 
 
-def lanes_of(local: Local, more: Mapping[str, np.ndarray], count: int) -> dict[str, np.ndarray]:
+def lanes_of(local: LocalFit, more: Mapping[str, np.ndarray], count: int) -> dict[str, np.ndarray]:
     """Values of all parameters in `count` equal lanes, with those of `more` in their place."""
     hypothesis = local.hypothesis
     values = {k: np.full(count, v) for k, v in hypothesis.constants().items()}
@@ -28,7 +28,7 @@ def lanes_of(local: Local, more: Mapping[str, np.ndarray], count: int) -> dict[s
     return values | dict(more)
 
 
-def reads(local: Local) -> np.ndarray:
+def reads(local: LocalFit) -> np.ndarray:
     """1 + gain of each sample's sensor (n,)."""
     gains = local.hypothesis.sensors(local.w)[:, 0] * local.layout.spreads[:, 0]
     return 1.0 + gains[local.layout.sensor]
@@ -48,7 +48,9 @@ class Way(NamedTuple):
     unit: float = 1.0
 
 
-def traces(local: Local, found: tuple[Family, ...], listed: Iterable[Candidate]) -> np.ndarray:
+def signatures(
+    local: LocalFit, found: tuple[Family, ...], listed: Iterable[Candidate]
+) -> np.ndarray:
     """Change of every sample's expected reading per unit amplitude, (n, candidates)."""
     listed = tuple(listed)
     if not listed:
@@ -69,7 +71,7 @@ def traces(local: Local, found: tuple[Family, ...], listed: Iterable[Candidate])
 
 
 def _way(layout: Layout, one: Candidate, steady: bool) -> Way:
-    """How a candidate's trace is simulated; `steady`: whether derivatives cost little."""
+    """How a candidate's signature is simulated; `steady`: whether derivatives cost little."""
     kinds = frozenset(k for k in layout.kinds if one.effect.acts_in(k))
     shape = tuple(one.shape.items())
     if steady or one.level is not None:
@@ -88,7 +90,7 @@ def rows_of(layout: Layout, track: str) -> np.ndarray:
     return layout.track == layout.tracks.index(track)
 
 
-def changes(local: Local, family: Family, ways: list[Way]) -> np.ndarray:
+def changes(local: LocalFit, family: Family, ways: list[Way]) -> np.ndarray:
     """Change of every sample by each way, (n, ways), all in as few turns as there can be."""
     out = np.zeros((len(local.layout.channel), len(ways)))
     far = [i for i, way in enumerate(ways) if way.level is not None]
@@ -100,7 +102,7 @@ def changes(local: Local, family: Family, ways: list[Way]) -> np.ndarray:
     return out
 
 
-def _differences(local: Local, family: Family, ways: list[Way]) -> np.ndarray:
+def _differences(local: LocalFit, family: Family, ways: list[Way]) -> np.ndarray:
     """Change of every sample up to the level of each way, over its unit (n, ways)."""
     kinds = frozenset(k for way in ways for k in way.kinds)
     lanes = [*ways, Way("", ways[0].shape, None, kinds)]  # the last: what all others change from
@@ -115,7 +117,7 @@ def _differences(local: Local, family: Family, ways: list[Way]) -> np.ndarray:
     return out
 
 
-def _derivatives(local: Local, family: Family, ways: list[Way]) -> np.ndarray:
+def _derivatives(local: LocalFit, family: Family, ways: list[Way]) -> np.ndarray:
     """Slope of every sample by the amplitude of each way (n, ways)."""
     values, acts = _lanes(local, family, ways)
     along = {way.amplitude: np.zeros(len(ways)) for way in ways}
@@ -125,7 +127,7 @@ def _derivatives(local: Local, family: Family, ways: list[Way]) -> np.ndarray:
 
 
 def _lanes(
-    local: Local, family: Family, ways: list[Way]
+    local: LocalFit, family: Family, ways: list[Way]
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """Values of all parameters by label, the ways' shapes in them, and where each way acts."""
     more = {

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from rigid.likelihood.priors import Lognormal
-from rigid.localfit.local import Local
+from rigid.localfit.local import LocalFit
 
 FIRST_DAMPING, MORE_DAMPING = 0.1, 4.0
 """Damping that is tried first, in units of the prior's curvature, and the factor to the next."""
@@ -32,43 +32,48 @@ TRACE = 1e-12
 class Model:
     """Log-posterior around a fit, likelihood a parabola in d = change of value / its slope by w.
 
-    - `information` (size, size), `pull` (size,): of the likelihood. - `w` (size,): where it stands.
-    - `bent` (size,): ln of the factor of a lognormal amplitude, w + ln(1 + bent d)/bent; 0 for all
-      other numbers, w + d.
+    - `information` (size, size), `gradient` (size,): of the likelihood. - `w` (size,): where it
+      stands.
+    - `log_factors` (size,): ln of the factor of a lognormal amplitude, w + ln(1 + log_factors
+      d)/log_factors; 0 for all other numbers, w + d.
     """
 
     information: np.ndarray
-    pull: np.ndarray
+    gradient: np.ndarray
     w: np.ndarray
-    bent: np.ndarray
+    log_factors: np.ndarray
 
     def place(self, d: np.ndarray) -> np.ndarray:
         """w (size,) there."""
-        bent = np.where(self.bent > 0.0, self.bent, 1.0)
-        return self.w + np.where(self.bent > 0.0, np.log1p(self.bent * d) / bent, d)
+        log_factors = np.where(self.log_factors > 0.0, self.log_factors, 1.0)
+        return self.w + np.where(
+            self.log_factors > 0.0, np.log1p(self.log_factors * d) / log_factors, d
+        )
 
     def value(self, d: np.ndarray, damping: float = 0.0) -> float:
         """Log-posterior there, less `damping` |change of w|^2/2, up to a constant."""
         w = self.place(d)
         moved = w - self.w
         prior = 0.5 * (w @ w + damping * moved @ moved)
-        return float(self.pull @ d - 0.5 * d @ self.information @ d - prior)
+        return float(self.gradient @ d - 0.5 * d @ self.information @ d - prior)
 
     def top(self, damping: float, begin: np.ndarray) -> np.ndarray:
         """d (size,) at which `value` is highest, from `begin` on.
 
-        Newton's method; where the prior of an amplitude bends the wrong way, its bend is left out.
+        Newton's method; where the prior of an amplitude bends the wrong way, it is left out.
         """
         d = begin
         for _ in range(MOST_ROUNDS):
-            w, rise = self.place(d), 1.0 / (1.0 + self.bent * d)
+            w, rise = self.place(d), 1.0 / (1.0 + self.log_factors * d)
             held = w + damping * (w - self.w)
-            slope = self.pull - self.information @ d - held * rise
-            bend = (1.0 + damping) * rise**2 + np.maximum(-held * self.bent * rise**2, 0.0)
-            step = solved(self.information + np.diag(bend), slope)
+            slope = self.gradient - self.information @ d - held * rise
+            curvature = (1.0 + damping) * rise**2 + np.maximum(
+                -held * self.log_factors * rise**2, 0.0
+            )
+            step = solved(self.information + np.diag(curvature), slope)
             if slope @ step < ENOUGH:
                 break
-            low = np.minimum(self.bent * step * rise, 0.0).min(initial=0.0)
+            low = np.minimum(self.log_factors * step * rise, 0.0).min(initial=0.0)
             step = step * min(1.0, TO_ZERO / max(-low, 1e-300))
             d = self._uphill(d, step, damping)
         return d
@@ -93,26 +98,26 @@ def solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     return scale * cho_solve(cho_factor(unit), scale * right)
 
 
-def model_of(local: Local) -> Model:
+def model_of(local: LocalFit) -> Model:
     """The model of a fit's log-posterior around where it stands."""
     information = local.information - np.eye(len(local.w))
-    return Model(information, local.gradient + local.w, local.w, bent_of(local))
+    return Model(information, local.gradient + local.w, local.w, log_factors_of(local))
 
 
-def bent_of(local: Local) -> np.ndarray:
+def log_factors_of(local: LocalFit) -> np.ndarray:
     """Ln of the prior's factor for every lognormal amplitude in w, 0 for all else (size,)."""
     hypothesis = local.hypothesis
     effects = (*hypothesis.problem.effects, *hypothesis.added)
     infos = [info for effect in effects for info in effect.parameters()]
     amplitudes = {label for info in infos if info.absent == 0.0 for label in info.labels}
-    bent = np.zeros(len(local.w))
+    log_factors = np.zeros(len(local.w))
     for i, p in enumerate(hypothesis.parameters):
         if p.label in amplitudes and isinstance(p.law, Lognormal):
-            bent[i] = np.log(p.law.factor)
-    return bent
+            log_factors[i] = np.log(p.law.factor)
+    return log_factors
 
 
-def promised(local: Local) -> float:
+def promised(local: LocalFit) -> float:
     """Log-posterior that the top of a fit's model is above it."""
     model = model_of(local)
     none = np.zeros(len(local.w))

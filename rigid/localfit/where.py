@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from rigid.localfit.local import Local
+from rigid.localfit.local import LocalFit
 
 MOST_OF_IT = (0.1, 0.9)
 """Shares of what an effect changes between which its stretch lies."""
@@ -27,7 +27,7 @@ class Where(NamedTuple):
 
 
 def where_shown(
-    local: Local, gain: Float[np.ndarray, " n"], change: Float[np.ndarray, " n"]
+    local: LocalFit, gain: Float[np.ndarray, " n"], change: Float[np.ndarray, " n"]
 ) -> Where:
     """Find where the log-likelihood gains most.
 
@@ -38,7 +38,7 @@ def where_shown(
     best = int(np.argmax(totals))
     channel = layout.channels[best]
     rows = np.flatnonzero((layout.channel == best) & layout.read)
-    size = change[rows] ** 2 * np.maximum(local.terms.bend[rows], 0.0)
+    size = change[rows] ** 2 * np.maximum(local.terms.curvature[rows], 0.0)
     share = np.cumsum(size) / max(float(size.sum()), 1e-300)
     end = len(rows) - 1
     first, last = (min(int(np.searchsorted(share, q)), end) for q in MOST_OF_IT)

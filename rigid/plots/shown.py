@@ -85,7 +85,7 @@ class FrictionCurve:
 
 
 @dataclass(frozen=True, eq=False)
-class Draws:
+class ParameterDraws:
     """Posterior draws of a few parameters, for the corner figure.
 
     - symbols: TeX without dollar signs

@@ -37,7 +37,7 @@ class Sheets(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class CheckInput:
     """A record as the checks see it.
 
     - kind: what was done; time: s, increasing; rows: lines of the file
@@ -95,7 +95,7 @@ def clock(time: np.ndarray, rows: np.ndarray) -> list[Defect]:
     return found
 
 
-def sampling(run: Run) -> list[Defect]:
+def sampling(run: CheckInput) -> list[Defect]:
     """Return the defects of an increasing clock: `too-short`, `unit`, `gap`."""
     time, rows, unit = run.time, run.rows, run.units["time"]
     everywhere = np.ones(len(time), dtype=bool)
@@ -122,7 +122,7 @@ def sampling(run: Run) -> list[Defect]:
     return found
 
 
-def channels(run: Run, sensors: Sheets) -> list[Defect]:
+def channels(run: CheckInput, sensors: Sheets) -> list[Defect]:
     """Return the defects of all channels: `nan`, `saturated`, `unit`, `stuck`."""
     found = []
     for quantity in run.values:
@@ -135,7 +135,7 @@ def channels(run: Run, sensors: Sheets) -> list[Defect]:
     return found
 
 
-def lost(run: Run, quantity: str) -> list[Defect]:
+def lost(run: CheckInput, quantity: str) -> list[Defect]:
     """Return the defect of samples without a number."""
     bad = ~np.isfinite(run.values[quantity])
     if not bad.any():
@@ -147,7 +147,7 @@ def lost(run: Run, quantity: str) -> list[Defect]:
     return [Defect("nan", quantity, says, bad)]
 
 
-def unit(run: Run, quantity: str, sensor: SensorSpec) -> list[Defect]:
+def unit(run: CheckInput, quantity: str, sensor: SensorSpec) -> list[Defect]:
     """Return the defect of a unit that the file contradicts, or that makes values implausible."""
     values, given = run.values[quantity], run.units[quantity]
     says = contradiction(run.stated.get(quantity, ""), given)
@@ -159,7 +159,7 @@ def unit(run: Run, quantity: str, sensor: SensorSpec) -> list[Defect]:
     return [Defect("unit", quantity, says, np.ones(len(values), dtype=bool))]
 
 
-def saturated(run: Run, quantity: str, sensor: SensorSpec) -> list[Defect]:
+def saturated(run: CheckInput, quantity: str, sensor: SensorSpec) -> list[Defect]:
     """Return the defect of successive samples at the end of the sensor's range.
 
     A lower end of zero or more is no rail: gauges and strokes rest there. Nor do runs count that
@@ -198,7 +198,7 @@ def _fewest_at_end(values: np.ndarray, stretch: slice, end: float, sensor: Senso
     return max(float(SATURATED_RUN), float(rare))
 
 
-def dead(run: Run, quantity: str, sensor: SensorSpec) -> Iterator[Defect]:
+def dead(run: CheckInput, quantity: str, sensor: SensorSpec) -> Iterator[Defect]:
     """Yield the defect of a channel that never changes, where it would if it were alive."""
     values = run.values[quantity]
     real = values[np.isfinite(values)]
@@ -215,7 +215,7 @@ def dead(run: Run, quantity: str, sensor: SensorSpec) -> Iterator[Defect]:
         yield Defect("stuck", quantity, says, np.ones(len(values), dtype=bool))
 
 
-def frozen(run: Run, quantity: str, sensors: Sheets) -> Iterator[Defect]:
+def frozen(run: CheckInput, quantity: str, sensors: Sheets) -> Iterator[Defect]:
     """Yield the defect of a channel that stands still for long while it should move.
 
     Only with the valve open, and only where it then jumps far more than it usually changes, or,
@@ -247,7 +247,7 @@ def frozen(run: Run, quantity: str, sensors: Sheets) -> Iterator[Defect]:
         yield Defect("stuck", quantity, says, bad)
 
 
-def thaws(run: Run, quantity: str, last: int, step: float) -> bool:
+def thaws(run: CheckInput, quantity: str, last: int, step: float) -> bool:
     """Whether the channel jumps as never else just after position `last`."""
     change = np.abs(np.diff(run.values[quantity]))
     if last >= len(change) or run.stretch[last + 1] != run.stretch[last]:
@@ -259,7 +259,7 @@ def thaws(run: Run, quantity: str, last: int, step: float) -> bool:
     return bool(change[last] > JUMP * max(step, float(np.percentile(others, 99))))
 
 
-def left_behind(run: Run, quantity: str, when: slice, sensors: Sheets) -> bool:
+def left_behind(run: CheckInput, quantity: str, when: slice, sensors: Sheets) -> bool:
     """Whether pressure moved far in a frame while load stood still, or the other way round."""
     other = {"load": "pressure", "pressure": "load"}.get(quantity)
     if run.kind.contact != "frame" or other is None or other not in run.values:

@@ -144,13 +144,13 @@ def reread(
 
 def _as_checked(
     spec: RecordSpec, raw: Raw, stated: Mapping[str, str], corner: float | None
-) -> checks.Run:
+) -> checks.CheckInput:
     """Return the record as the checks see it.
 
     - stated: unit that the file itself gives, by quantity. - corner: of a motion, in Hz
     """
     stretch, open_valve = checks.stretches(raw.columns[TIME], spec.valve)
-    return checks.Run(
+    return checks.CheckInput(
         kind=KINDS[spec.kind],
         time=raw.columns[TIME],
         rows=raw.rows,

@@ -11,7 +11,7 @@ from typing import Any
 from rigid.inference.alternatives import Alternative
 from rigid.inference.summary import Check
 from rigid.plots.figure import Illustration
-from rigid.plots.shown import ChannelFit, Draws, FrictionCurve, Roots, Trace
+from rigid.plots.shown import ChannelFit, FrictionCurve, ParameterDraws, Roots, Trace
 
 __all__ = [
     "Alternative",
@@ -20,12 +20,12 @@ __all__ = [
     "ChannelFit",
     "Check",
     "Content",
-    "Draws",
     "FoundContent",
     "FrictionCurve",
     "Front",
     "KeyNumber",
     "ModeRow",
+    "ParameterDraws",
     "ParameterRow",
     "ProductRow",
     "Provenance",
@@ -293,7 +293,7 @@ class CalibrationContent(Content):
     alternatives: tuple[Alternative, ...] = ()
     modes: tuple[ModeRow, ...] = ()
     friction: FrictionCurve | None = None
-    draws: Draws | None = None
+    draws: ParameterDraws | None = None
     traces: tuple[Trace, ...] = ()
     roots: Roots | None = None
     budgets: tuple[GumBudget, ...] = ()

@@ -7,7 +7,7 @@ import numpy as np
 from rigid.inference.settled import Settled
 from rigid.inference.summary import Check
 from rigid.localfit.leave_one_out import gap
-from rigid.localfit.local import Local
+from rigid.localfit.local import LocalFit
 
 MOST_GAP = 1.5
 """Residuals that are half as large again as the sheets say, over all records, are no fit."""
@@ -35,7 +35,7 @@ def optimum(found: Settled) -> Check:
     return Check("optimum", found.ok, found.says)
 
 
-def residuals_of(local: Local) -> Check:
+def residuals_of(local: LocalFit) -> Check:
     """The same check of a model refitted around a fit."""
     layout = local.layout
     channels = {

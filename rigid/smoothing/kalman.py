@@ -57,9 +57,9 @@ class Filtered(NamedTuple):
 
 
 class Backward(NamedTuple):
-    """What later samples say: `pull` (n, columns) and `information` (n, n)."""
+    """What later samples say: `adjoint` (n, columns) and `information` (n, n)."""
 
-    pull: Array
+    adjoint: Array
     information: Array
 
 
@@ -90,7 +90,7 @@ class Smoothed(NamedTuple):
     shown: Shown | None
 
 
-class Run(NamedTuple):
+class BlockRun(NamedTuple):
     """One block for a batch of draws.
 
     - `block`: the same for all. - `moves` (draws, samples, 3): variance of the movements of load,
@@ -105,7 +105,7 @@ class Run(NamedTuple):
     key: Array | None
 
 
-BATCHED = Run(None, 0, 0, 0)  # type: ignore[arg-type] - axes of a batch
+BATCHED = BlockRun(None, 0, 0, 0)  # type: ignore[arg-type] - axes of a batch
 
 
 class _Drawn(NamedTuple):
@@ -116,10 +116,10 @@ class _Drawn(NamedTuple):
 
 
 class _Taken(NamedTuple):
-    """One reading as it was taken in: `gain` (n,), `pull` (columns,), `weight` ()."""
+    """One reading as it was taken in: `gain` (n,), `adjoint` (columns,), `weight` ()."""
 
     gain: Array
-    pull: Array
+    adjoint: Array
     weight: Array
 
 
@@ -148,7 +148,7 @@ class _Step(NamedTuple):
     within: _Within | None
 
 
-def _drawn(run: Run) -> _Drawn | None:
+def _drawn(run: BlockRun) -> _Drawn | None:
     """Random numbers of a block, those of a sample by its number in the record."""
     if run.key is None:
         return None
@@ -218,7 +218,7 @@ def _forward(
 
 
 @jax.jit
-def forward(state: Filtered, run: Run) -> Filtered:
+def forward(state: Filtered, run: BlockRun) -> Filtered:
     """Filter a block for a batch of draws (first axis of state).
 
     Returns what is known before the next block.
@@ -227,7 +227,7 @@ def forward(state: Filtered, run: Run) -> Filtered:
     def step(carry: Filtered, given: tuple, at: Interval) -> tuple[Filtered, None]:
         return _forward(carry, given, at)[0], None
 
-    def one(state: Filtered, run: Run) -> Filtered:
+    def one(state: Filtered, run: BlockRun) -> Filtered:
         given = run.block, run.moves, _drawn(run)
         return along(step, state, run.table, (run.block.place, given))[0]
 
@@ -235,13 +235,13 @@ def forward(state: Filtered, run: Run) -> Filtered:
 
 
 @jax.jit
-def backward(later: Backward, state: Filtered, run: Run) -> tuple[Backward, Smoothed]:
+def backward(later: Backward, state: Filtered, run: BlockRun) -> tuple[Backward, Smoothed]:
     """Smooth a block for a batch of draws.
 
     - `later`: what the samples after the block say. - `state`: what is known before it.
     """
 
-    def one(later: Backward, state: Filtered, run: Run) -> tuple[Backward, Smoothed]:
+    def one(later: Backward, state: Filtered, run: BlockRun) -> tuple[Backward, Smoothed]:
         place, given = run.block.place, (run.block, run.moves, _drawn(run))
         _, kept = along(_forward, state, run.table, (place, given))
         given = run.block, run.moves, kept
@@ -255,29 +255,29 @@ def _back(
 ) -> tuple[Backward, Smoothed]:
     """Go back over an interval and over the sample at its beginning."""
     sample, moves, kept = given
-    pull, information = later
+    adjoint, information = later
     wide = jnp.tile(moves, at.entry.shape[1] // 3)
-    moved = wide * (at.entry.T @ pull[:, 0])
+    moved = wide * (at.entry.T @ adjoint[:, 0])
     seen = jnp.sum(at.entry * (information @ at.entry), axis=0)
     shown = None if kept.within is None else _shown(later, kept.within)
-    pull, information = at.step.T @ pull, at.step.T @ information @ at.step
+    adjoint, information = at.step.T @ adjoint, at.step.T @ information @ at.step
     for i in reversed(range(3)):
         sense, (gain, off, weight) = at.sense[i] * sample.known[i], kept.taken[i]
         across = information @ gain
-        pull = pull + sense[:, None] * (off - gain @ pull)
+        adjoint = adjoint + sense[:, None] * (off - gain @ adjoint)
         mixed = sense[:, None] * (0.5 * (weight + gain @ across) * sense - across)
         information = information + mixed + mixed.T
-    return Backward(pull, information), Smoothed(
+    return Backward(adjoint, information), Smoothed(
         moved=moved.reshape(-1, 3),
         moved_variance=(wide * (1.0 - wide * seen)).reshape(-1, 3),
-        read=kept.sensed + kept.spread.T @ pull[:, 0],
+        read=kept.sensed + kept.spread.T @ adjoint[:, 0],
         shown=shown,
     )
 
 
 def _shown(later: Backward, within: _Within) -> Shown:
     """Smooth what is shown within an interval."""
-    found = within.mean + within.spread.T @ later.pull
+    found = within.mean + within.spread.T @ later.adjoint
     lost = jnp.sum(within.spread * (later.information @ within.spread), axis=0)
     told = (found[:, 0], within.prior - lost, within.path - found[:, 1], -found[:, 2])
     return Shown(*(part.reshape(-1, 3) for part in told))

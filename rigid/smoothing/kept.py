@@ -13,14 +13,14 @@ from rigid.smoothing.events import Fall, Turn
 from rigid.smoothing.field import Field
 from rigid.smoothing.finished import Finished
 from rigid.smoothing.latent import Movement
-from rigid.smoothing.laws import Law
+from rigid.smoothing.laws import RigModel
 from rigid.smoothing.learning import Learned
 
 LEARNED = (Learned, Movement)
 FINISHED = (Finished, Line, Fall, Turn, Illustration, SolverCheck, SensorError)
 
 
-def mark(fields: Sequence[Field], laws: Sequence[Law], seed: int) -> dict[str, str]:
+def mark(fields: Sequence[Field], laws: Sequence[RigModel], seed: int) -> dict[str, str]:
     """Return what a test's bands depend on, by name; only a run with the same reads it."""
     told = {"seed": str(seed), "version": __version__}
     for field in fields:

@@ -21,7 +21,7 @@ from rigid.physics.rig import PRESLIDING, build_rig
 from rigid.smoothing.field import Field
 from rigid.smoothing.learning import Sheet
 from rigid.smoothing.model import QUANTITIES, Calibration
-from rigid.smoothing.smoother import Draws
+from rigid.smoothing.smoother import DrawBatch
 from rigid.spec import Spec
 from rigid.spec.values import SpecBody
 
@@ -32,7 +32,7 @@ LATER = {"presliding": PRESLIDING}
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Law:
+class RigModel:
     """One way the rig may be: what acts on it, and draws of its numbers.
 
     - `name`: for tables. - `weight`: its probability. - `effects`: what acts.
@@ -53,26 +53,26 @@ class Law:
         """Number of draws."""
         return max(v.size for v in self.values.values())
 
-    def only(self, rows: np.ndarray) -> "Law":
+    def only(self, rows: np.ndarray) -> "RigModel":
         """Return some of the draws, in this order."""
         size = self.size
         picked = {k: v[rows] if v.size == size else v for k, v in self.values.items()}
         return dataclasses.replace(self, values=picked)
 
-    def centre(self) -> "Law":
+    def centre(self) -> "RigModel":
         """Return one draw: the median of every number."""
         return dataclasses.replace(
             self, values={k: np.median(v, keepdims=True) for k, v in self.values.items()}
         )
 
-    def with_sensors_of(self, other: "Law") -> "Law":
+    def with_sensors_of(self, other: "RigModel") -> "RigModel":
         """Return this rig with the sensors of another draw or draws."""
         labels = (k for name in ("gain", "zero") for k in other.labels.get(name, ()))
         sensors = {label: other.values[label] for label in labels}
         return dataclasses.replace(self, values=dict(self.values) | sensors)
 
 
-def read_laws(spec: Spec, rng: np.random.Generator) -> tuple[Law, ...]:
+def read_laws(spec: Spec, rng: np.random.Generator) -> tuple[RigModel, ...]:
     """Read every law that a spec's bands are made under, with its probability as weight.
 
     - `rng`: draws gains and zeros of sensors that a posterior does not know.
@@ -96,7 +96,7 @@ def read_laws(spec: Spec, rng: np.random.Generator) -> tuple[Law, ...]:
     return tuple(laws)
 
 
-def some(law: Law, spec: Spec, rng: np.random.Generator) -> Law:
+def some(law: RigModel, spec: Spec, rng: np.random.Generator) -> RigModel:
     """Pick as many draws of a law as the spec asks for, or all there are."""
     assert spec.bands is not None  # `read_laws` has refused that
     return law.only(rng.choice(law.size, min(spec.bands.draws, law.size), replace=False))
@@ -109,7 +109,9 @@ def _fit_folder(path: Path, tree: xr.DataTree) -> Path | None:
     return folder if folder is not None and folder.is_dir() else None
 
 
-def read_law(spec: Spec, path: Path, rng: np.random.Generator, folder: Path | None = None) -> Law:
+def read_law(
+    spec: Spec, path: Path, rng: np.random.Generator, folder: Path | None = None
+) -> RigModel:
     """Read the law of a spec's rig from a posterior.
 
     - `rng`: draws gains and zeros of sensors that the posterior does not know. - `folder`: beside
@@ -129,7 +131,9 @@ def read_law(spec: Spec, path: Path, rng: np.random.Generator, folder: Path | No
         named[name] = named.get(name, {}) | one
         values |= one
     labels = {name: tuple(one) for name, one in named.items()}
-    return Law("/".join(spec.model.effects), 1.0, chosen_effects(at), values, labels, _failed(tree))
+    return RigModel(
+        "/".join(spec.model.effects), 1.0, chosen_effects(at), values, labels, _failed(tree)
+    )
 
 
 def _failed(tree: xr.DataTree) -> str:
@@ -210,7 +214,7 @@ def _unknown_sensors(
     return out
 
 
-def draws(law: Law, field: Field) -> Draws:
+def draws(law: RigModel, field: Field) -> DrawBatch:
     """Return all draws of a law as one batch for a cylinder's record.
 
     Raises InputError where the posterior has no value of a parameter for field records.
@@ -236,10 +240,10 @@ def draws(law: Law, field: Field) -> Draws:
         )
         for what in ("gain", "zero")
     ]
-    return Draws(build_rig(law.effects, wide), Calibration(*sensors))
+    return DrawBatch(build_rig(law.effects, wide), Calibration(*sensors))
 
 
-def sheet(spec: Spec, law: Law, cylinder: str) -> Sheet:
+def sheet(spec: Spec, law: RigModel, cylinder: str) -> Sheet:
     """Noise as the calibration found it, and the converters' steps."""
     noise = [float(np.median(law.values[f"noise[{q},{cylinder}]"])) for q in QUANTITIES]
     return Sheet(np.array(noise), np.array([spec.sensors[q].step for q in QUANTITIES]))

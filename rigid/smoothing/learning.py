@@ -10,7 +10,15 @@ from rigid.smoothing import latent, quantised
 from rigid.smoothing.field import BLOCK, Field, liveliest
 from rigid.smoothing.kalman import Filtered
 from rigid.smoothing.latent import Movement
-from rigid.smoothing.smoother import STEPS, Draws, Evidence, filtered, last_state, smooth, smoothed
+from rigid.smoothing.smoother import (
+    STEPS,
+    DrawBatch,
+    Evidence,
+    filtered,
+    last_state,
+    smooth,
+    smoothed,
+)
 
 FACTORS = (8.0, 3.0, 1.7)
 """By which each scale is tried up and down, round by round; a round that moves goes on."""
@@ -67,7 +75,7 @@ class Sheet(NamedTuple):
 
 
 def learn(
-    field: Field, centre: Draws, sheet: Sheet, report: Callable[[int], None] = lambda _: None
+    field: Field, centre: DrawBatch, sheet: Sheet, report: Callable[[int], None] = lambda _: None
 ) -> Learned:
     """Find the scales of greatest evidence and every interval's variance.
 
@@ -99,7 +107,7 @@ def learn(
     return _final(field, centre, sheet, begun, report)
 
 
-def _liveliest(field: Field, centre: Draws, sheet: Sheet) -> tuple[Field, Filtered | None]:
+def _liveliest(field: Field, centre: DrawBatch, sheet: Sheet) -> tuple[Field, Filtered | None]:
     """The stretch over which scales are compared, and what is known before it.
 
     What is known before it is filtered with the scales from which learning begins; it is forgotten
@@ -144,7 +152,7 @@ def _repeated(movement: Movement, count: int) -> Movement:
 
 def one_pass(
     field: Field,
-    draws: Draws,
+    draws: DrawBatch,
     read: tuple[np.ndarray, np.ndarray],
     movement: Movement,
     start: Filtered | None = None,
@@ -167,7 +175,7 @@ def one_pass(
 
 def _final(
     field: Field,
-    centre: Draws,
+    centre: DrawBatch,
     sheet: Sheet,
     begun: tuple[tuple[np.ndarray, np.ndarray], Movement, int],
     report: Callable[[int], None],
@@ -189,7 +197,7 @@ def _final(
     return Learned(_only(used, 0), *read, float(done.bound[0]), mean, gap)
 
 
-def _told(field: Field, centre: Draws, evidence: Evidence) -> np.ndarray:
+def _told(field: Field, centre: DrawBatch, evidence: Evidence) -> np.ndarray:
     """Mean of what is shown of one draw, (samples, steps, 3)."""
     mean = np.zeros((field.blocks * BLOCK, STEPS, 3))
     keys = jax.random.split(jax.random.key(0), 1)

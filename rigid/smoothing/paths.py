@@ -9,7 +9,7 @@ from jax import Array
 
 from rigid.smoothing.field import BLOCK, Field
 from rigid.smoothing.kalman import Backward, Smoothed
-from rigid.smoothing.laws import Law, draws
+from rigid.smoothing.laws import RigModel, draws
 from rigid.smoothing.learning import Learned
 from rigid.smoothing.model import KAPPA, LATENT_SCALES, LOAD
 from rigid.smoothing.smoother import STEPS, Back, Evidence, Keeping
@@ -101,7 +101,7 @@ def told(fields: Sequence[Field], learned: Sequence[Learned]) -> np.ndarray:
     return np.flatnonzero(fine.reshape(-1)[: last + 1])
 
 
-def batch_of(law: Law) -> int:
+def batch_of(law: RigModel) -> int:
     """How many draws of a law are smoothed together."""
     return SMALL_BATCH if law.size <= 2 * SMALL_BATCH else BATCH
 
@@ -132,7 +132,7 @@ class Going:
     def __init__(
         self,
         test: Test,
-        law: Law,
+        law: RigModel,
         seeds: Sequence[int],
         wide: int,
         keeping: Keeping,

@@ -21,10 +21,10 @@ from rigid.physics.rig import Rig, Surroundings
 from rigid.physics.sensors import UNITS, readings
 from rigid.smoothing.field import Field, liveliest
 from rigid.smoothing.kalman import Filtered
-from rigid.smoothing.laws import Law, draws
+from rigid.smoothing.laws import RigModel, draws
 from rigid.smoothing.model import LATENT_SCALES, QUANTITIES, scales
 from rigid.smoothing.run import Way
-from rigid.smoothing.smoother import STEPS, Draws, Evidence, filtered, last_state, smoothed
+from rigid.smoothing.smoother import STEPS, DrawBatch, Evidence, filtered, last_state, smoothed
 from rigid.spec.sheets import SensorSpec
 
 WINDOW = 2
@@ -62,13 +62,13 @@ def against_reference(
 
 
 def _checked(
-    field: Field, evidence: Evidence, law: Law, sensors: Sequence[SensorSpec], tolerance: float
+    field: Field, evidence: Evidence, law: RigModel, sensors: Sequence[SensorSpec], tolerance: float
 ) -> SolverCheck:
     """The check of one cylinder's record under one law."""
     centre = law.centre()
     some = law.only(np.arange(min(POINTS - 1, law.size)))
     joined = {k: np.concatenate([v, some.values[k]]) for k, v in centre.values.items()}
-    rigs = draws(Law(law.name, 1.0, law.effects, joined, law.labels), field)
+    rigs = draws(RigModel(law.name, 1.0, law.effects, joined, law.labels), field)
     here = liveliest(field, WINDOW)
     part = field.cut(here.start, here.stop)
     given = Evidence(evidence.reading[here], evidence.variance[here], evidence.moves[here])
@@ -86,16 +86,18 @@ def _checked(
     return _compared(part, told.read, np.asarray(full), sensors, tolerance)
 
 
-def inferred(part: Field, rigs: Draws, given: Evidence, start: Filtered | None) -> Inferred:
+def inferred(part: Field, rigs: DrawBatch, given: Evidence, start: Filtered | None) -> Inferred:
     """Smooth a stretch and put together what drives the rig in it."""
     begins = filtered(part, rigs, given, None, start)
     found = list(smoothed(part, rigs, given, None, begins))
     moved, read = ([np.asarray(getattr(b, n)) for _, b, _ in found] for n in ("moved", "read"))
-    _, _, later = found[-1]  # what all samples say: the smoothed mean is mean + covariance @ pull
+    _, _, later = found[
+        -1
+    ]  # what all samples say: the smoothed mean is mean + covariance @ adjoint
     samples = part.samples
     steps = np.concatenate(moved[::-1], axis=1)[:, : samples - 1]
     steps = steps.reshape(len(steps), -1, 3) * np.array(LATENT_SCALES)
-    state = (begins[0].mean + begins[0].covariance @ later.pull)[..., 0]
+    state = (begins[0].mean + begins[0].covariance @ later.adjoint)[..., 0]
     size = jax.vmap(scales, in_axes=-1)(rigs.rig)
     first = np.asarray(state * size)[:, -3:]
     load, slope, kappa = (_summed(first[:, i], steps[..., i]) for i in range(3))
@@ -114,10 +116,10 @@ def _summed(first: np.ndarray, moves: np.ndarray) -> np.ndarray:
 
 
 @eqx.filter_jit
-def _read(rigs: Draws, told: Inferred, length: float, tolerance: float) -> Array:
+def _read(rigs: DrawBatch, told: Inferred, length: float, tolerance: float) -> Array:
     """What the sensors read of the full solve, (draws, samples, 3)."""
 
-    def one(draw: Draws, start: Array, load: Array, kappa: Array) -> Array:
+    def one(draw: DrawBatch, start: Array, load: Array, kappa: Array) -> Array:
         states = driven(draw.rig, start, -load, kappa, length, tolerance)
         flows = jnp.append(kappa, kappa[-1])
         at = [each[::STEPS] for each in (states, load, flows)]

@@ -9,7 +9,7 @@ import numpy as np
 from rigid.smoothing.budget import Gathered, Line, Tally, Windows, bodies, lines, windows
 from rigid.smoothing.field import Field
 from rigid.smoothing.kalman import Backward
-from rigid.smoothing.laws import Law, draws, sheet
+from rigid.smoothing.laws import RigModel, draws, sheet
 from rigid.smoothing.learning import Learned, learn
 from rigid.smoothing.mixture import LEVELS, Mixture, Moments, quantiles
 from rigid.smoothing.paths import Going, Path, Test, batch_of, left_after, stretches, told
@@ -57,11 +57,11 @@ class Way(NamedTuple):
     """A test under one law: what was learned of it so, and the law with the draws to use."""
 
     test: Test
-    law: Law
+    law: RigModel
 
 
 def learned(
-    spec: Spec, fields: Sequence[Field], law: Law, report: Callable[[int], None]
+    spec: Spec, fields: Sequence[Field], law: RigModel, report: Callable[[int], None]
 ) -> tuple[Learned, ...]:
     """Learn of every cylinder's record how its load moves."""
     out = []
@@ -174,7 +174,7 @@ class _Batch(NamedTuple):
     """
 
     way: Way
-    of: Law
+    of: RigModel
     part: str
     weight: float
     law: int
@@ -195,7 +195,7 @@ def _batches(ways: Sequence[Way], apart: bool) -> Iterator[_Batch]:
             yield _Batch(Way(best.test, one), alone, part, 1.0, 0)
 
 
-def _parted(law: Law) -> Iterator[Law]:
+def _parted(law: RigModel) -> Iterator[RigModel]:
     batch = batch_of(law)
     for first in range(0, law.size, batch):
         yield law.only(np.arange(first, min(first + batch, law.size)))
@@ -315,7 +315,7 @@ def _within(batches: Sequence[np.ndarray], weights: Sequence[float]) -> np.ndarr
 
 
 def ways(
-    fields: Sequence[Field], found: Sequence[tuple[Learned, ...]], laws: Sequence[Law]
+    fields: Sequence[Field], found: Sequence[tuple[Learned, ...]], laws: Sequence[RigModel]
 ) -> tuple[Way, ...]:
     """Put the cylinders of a test together under each law; `found`: learned of them under it."""
     rows = [told(fields, one) for one in found]

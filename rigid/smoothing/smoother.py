@@ -15,7 +15,7 @@ from rigid.physics.rig import Rig
 from rigid.smoothing import kalman
 from rigid.smoothing.field import BLOCK, NODE, Field, node_places, reference
 from rigid.smoothing.interval import Interval, intervals
-from rigid.smoothing.kalman import Backward, Filtered, Run, Samples, Smoothed
+from rigid.smoothing.kalman import Backward, BlockRun, Filtered, Samples, Smoothed
 from rigid.smoothing.model import LATENT_SCALES, Calibration, Reference, nodes, scales, shown
 from rigid.smoothing.states import States
 
@@ -29,7 +29,7 @@ FIRST_LOAD, FIRST_SLOPE, FIRST_KAPPA = 1.0, 1e3, 0.3
 """Sd of ice load [N], slope [N/s] and kappa [-] at the first sample."""
 
 
-class Draws(NamedTuple):
+class DrawBatch(NamedTuple):
     """A batch of draws on the last axis: `rig` parameters (..., draws), `sensors` (3, draws)."""
 
     rig: Rig
@@ -59,20 +59,20 @@ NOWHERE = Keeping(NOTHING_KEPT, lambda _: None)
 
 
 @eqx.filter_jit
-def _tables(draws: Draws, path: Reference, length: float) -> Interval:
+def _tables(draws: DrawBatch, path: Reference, length: float) -> Interval:
     """Nodes of a block for a batch of draws."""
 
-    def one(draw: Draws) -> Interval:
+    def one(draw: DrawBatch) -> Interval:
         return intervals(nodes(draw.rig, path, draw.sensors, length), shown(draw.rig), STEPS)
 
     return jax.vmap(one, in_axes=-1)(draws)
 
 
 @eqx.filter_jit
-def _start(draws: Draws, keys: Array | None, ways: int) -> Filtered:
+def _start(draws: DrawBatch, keys: Array | None, ways: int) -> Filtered:
     """What is known before the first sample; `keys` as in `filtered`, `ways` of one draw."""
 
-    def one(draw: Draws, key: Array | None) -> Filtered:
+    def one(draw: DrawBatch, key: Array | None) -> Filtered:
         size = scales(draw.rig)
         n = size.shape[0]
         first = jnp.array([FIRST_LOAD, FIRST_SLOPE, FIRST_KAPPA]) / jnp.array(LATENT_SCALES)
@@ -94,7 +94,7 @@ def _wide(tree: Any, ways: int) -> Any:
 
 def filtered(
     field: Field,
-    draws: Draws,
+    draws: DrawBatch,
     evidence: Evidence,
     keys: Array | None,
     start: Filtered | None = None,
@@ -111,7 +111,7 @@ def filtered(
     return out
 
 
-def last_state(field: Field, draws: Draws, evidence: Evidence) -> Filtered:
+def last_state(field: Field, draws: DrawBatch, evidence: Evidence) -> Filtered:
     """Filter a record without simulated errors; gives what is known after its last block."""
     state = _start(draws, None, _ways(evidence))
     for run in _runs(field, draws, evidence, None):
@@ -131,7 +131,7 @@ class Back:
     def __init__(
         self,
         field: Field,
-        draws: Draws,
+        draws: DrawBatch,
         evidence: Evidence,
         keys: Array | None,
         keeping: Keeping = NOWHERE,
@@ -162,7 +162,7 @@ class Back:
 
 
 def smooth(
-    field: Field, draws: Draws, evidence: Evidence, keys: Array | None
+    field: Field, draws: DrawBatch, evidence: Evidence, keys: Array | None
 ) -> Iterator[tuple[int, Smoothed]]:
     """Smooth a record for a batch of draws; gives its blocks from the last to the first.
 
@@ -174,7 +174,7 @@ def smooth(
 
 
 def smoothed(
-    field: Field, draws: Draws, evidence: Evidence, keys: Array | None, begins: list[Filtered]
+    field: Field, draws: DrawBatch, evidence: Evidence, keys: Array | None, begins: list[Filtered]
 ) -> Iterator[tuple[int, Smoothed, Backward]]:
     """Go back over a record, as `smooth` does; `begins`: what is known before each block.
 
@@ -188,7 +188,9 @@ def smoothed(
         yield number * BLOCK, found, later
 
 
-def _runs(field: Field, draws: Draws, evidence: Evidence, keys: Array | None) -> Iterator[Run]:
+def _runs(
+    field: Field, draws: DrawBatch, evidence: Evidence, keys: Array | None
+) -> Iterator[BlockRun]:
     """Everything of each block for a batch of draws, from the first to the last."""
     path = reference(field)
     for number in range(field.blocks):
@@ -197,12 +199,12 @@ def _runs(field: Field, draws: Draws, evidence: Evidence, keys: Array | None) ->
 
 def _run(
     field: Field,
-    draws: Draws,
+    draws: DrawBatch,
     evidence: Evidence,
     keys: Array | None,
     path: Reference,
     number: int,
-) -> Run:
+) -> BlockRun:
     """Everything of block `number` for a batch of draws; `path`: of the whole record."""
     here = slice(number * BLOCK // NODE, (number + 1) * BLOCK // NODE + 1)
     part = Reference(*(jnp.asarray(p[here]) for p in path))
@@ -210,7 +212,7 @@ def _run(
     moves = np.zeros((table.step.shape[0], BLOCK, 3))
     given = evidence.moves[..., number * BLOCK : (number + 1) * BLOCK, :]
     moves[:, : given.shape[-2]] = given
-    return Run(_block(field, evidence, number), jnp.asarray(moves), table, keys)
+    return BlockRun(_block(field, evidence, number), jnp.asarray(moves), table, keys)
 
 
 def _ways(evidence: Evidence) -> int:

@@ -22,7 +22,7 @@ from rigid.report.section import write_report
 from rigid.smoothing import kept, run
 from rigid.smoothing.field import Field, read_fields
 from rigid.smoothing.finished import Finished
-from rigid.smoothing.laws import Law, draws, read_laws, some
+from rigid.smoothing.laws import RigModel, draws, read_laws, some
 from rigid.smoothing.learning import Learned
 from rigid.smoothing.mixture import LEVELS
 from rigid.smoothing.model import QUANTITIES
@@ -52,7 +52,7 @@ class Smoothing:
 
     spec: Spec
     tests: tuple[Fields, ...]
-    laws: tuple[Law, ...]
+    laws: tuple[RigModel, ...]
     seed: int
 
     @property
@@ -133,7 +133,7 @@ def _ways(asked: Smoothing, fields: Fields, shelf: Shelf, options: Options) -> t
     """Learn how the load of a test moves under each law; keep what is done."""
     with progress(options, f"{fields[0].name}: learning", None, "pass") as bar:
 
-        def learned(law: Law) -> tuple[Learned, ...]:
+        def learned(law: RigModel) -> tuple[Learned, ...]:
             return run.learned(
                 asked.spec, fields, law, lambda count: reach(bar, int(bar.n) + count)
             )

@@ -25,7 +25,7 @@ from rigid.localfit.settled import state_of
 from rigid.records.record import Record
 from rigid.report.content import Check
 from rigid.report.discovery import compared, output
-from rigid.report.discovery.present import Run, content
+from rigid.report.discovery.present import Context, content
 from rigid.report.discovery.section import KIND
 from rigid.report.discovery.terminal import table
 from rigid.report.made import made
@@ -140,7 +140,7 @@ class Discovery(Generic[Opened]):
             [(r.path.name, r.sha256) for r in self.question.records],
         )
         checks = tuple(Check(**one) for one in self.result["checks"])
-        this = Run(provenance, self.question.notes, self._compared, checks)
+        this = Context(provenance, self.question.notes, self._compared, checks)
         write_report(KIND, content(self._spec, self.outcome, dict(self.result), this), self.folder)
 
     @property

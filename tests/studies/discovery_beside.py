@@ -15,7 +15,7 @@ from discovery_cases import Made
 from scipy.stats import chi2, norm
 
 from rigid.discovery.workflow import Outcome
-from rigid.localfit.local import Local
+from rigid.localfit.local import LocalFit
 
 LAGS = 20
 DRAWS = 4000
@@ -45,7 +45,7 @@ def beside(outcome: Outcome, made: Made, seed: int) -> dict:
     }
 
 
-def whiteness(local: Local) -> float:
+def whiteness(local: LocalFit) -> float:
     """Least p-value of the tests of all residuals, times their number; at most 1."""
     layout = local.layout
     series: dict[str, list[np.ndarray]] = {}
@@ -86,7 +86,7 @@ def by_bic(outcome: Outcome) -> str | None:
     return top if top is not None and scores[top] > 0.0 else None
 
 
-def quoted(local: Local, rng: np.random.Generator) -> dict[str, np.ndarray]:
+def quoted(local: LocalFit, rng: np.random.Generator) -> dict[str, np.ndarray]:
     """Draws (DRAWS,) of k_LC, every kappa and |mu| at 0 and 80 Hz, by the law around a fit."""
     values = drawn(local, rng)
     out = {k: v for k, v in values.items() if k == "k_LC" or k.startswith("kappa[")}
@@ -95,7 +95,7 @@ def quoted(local: Local, rng: np.random.Generator) -> dict[str, np.ndarray]:
     }
 
 
-def drawn(local: Local, rng: np.random.Generator) -> dict[str, np.ndarray]:
+def drawn(local: LocalFit, rng: np.random.Generator) -> dict[str, np.ndarray]:
     """Draws of every number of a fit, SI, by label."""
     count = len(local.hypothesis.parameters)
     root = np.linalg.cholesky(local.covariance[:count, :count])

@@ -21,7 +21,7 @@ from rigid.discovery.workflow import Outcome
 from rigid.generator.refit import Key, noiseless
 from rigid.likelihood.tracks import Track
 from rigid.localfit.ascent import refined
-from rigid.localfit.local import Local, with_weights
+from rigid.localfit.local import LocalFit, with_weights
 from rigid.localfit.samples import data_of
 
 LEFT_OUT = ("frame-3,A", "free-run-2,A", "release-2,A")
@@ -87,7 +87,7 @@ def placebo(outcome: Outcome, made: Made) -> str | None:
     return min(apart, key=lambda name: abs(len(numbers(apart[name])) - wanted), default=None)
 
 
-def flat_truth(local: Local, made: Made) -> np.ndarray:
+def flat_truth(local: LocalFit, made: Made) -> np.ndarray:
     """The generator's noiseless reading of every sample (n,); NaN where its record has none."""
     layout, truth = local.layout, noiseless(made.truth, made.hidden)
     tracks = {t.label: t for t in layout.problem.tracks}
@@ -101,7 +101,7 @@ def flat_truth(local: Local, made: Made) -> np.ndarray:
     return out
 
 
-def misfit(local: Local, out: set[str], truth: np.ndarray) -> Misfit:
+def misfit(local: LocalFit, out: set[str], truth: np.ndarray) -> Misfit:
     """Misfit of a fit without some blocks of the records `out`, on these blocks."""
     layout = local.layout
     rows = _left_out(local, out) & layout.read & np.isfinite(truth)
@@ -114,7 +114,7 @@ def misfit(local: Local, out: set[str], truth: np.ndarray) -> Misfit:
     return Misfit(float(off @ off), noise)
 
 
-def _left_out(local: Local, out: set[str]) -> np.ndarray:
+def _left_out(local: LocalFit, out: set[str]) -> np.ndarray:
     """Which samples (n,) are left out: every second of eight blocks."""
     layout = local.layout
     found = np.zeros(len(layout.time), dtype=bool)

@@ -40,7 +40,7 @@ from rigid.generator.hidden import Hidden, hide
 from rigid.generator.strength import TOLERANCE, Ground, ground
 
 if TYPE_CHECKING:
-    from rigid.friction.fits import Fitted
+    from rigid.friction.fits import FittedModels
 
 FIRST_SEED = 951_000
 """Those from 950_000 on were looked at before slopes of steady rigs were derivatives."""
@@ -180,7 +180,7 @@ def told(answer: dict) -> dict:
     return {k: answer[k] for k in kept if k in answer} | {"laws": laws}
 
 
-def replicates(fitted: "Fitted", law: str, seed: int) -> dict[str, float]:
+def replicates(fitted: "FittedModels", law: str, seed: int) -> dict[str, float]:
     """Answers in campaigns that the true law's fit would make, by the parabola around each fit.
 
     Shares of them in which the law is first, first or tied, strictly first, and below 5 % in

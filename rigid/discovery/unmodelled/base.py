@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float
 from rigid.discovery.fitted import Fitted
 from rigid.discovery.unmodelled.formula import simplest
 from rigid.localfit.hidden_inputs import Abscissa
-from rigid.localfit.local import Local
+from rigid.localfit.local import LocalFit
 from rigid.plots.shown import HiddenShown
 
 
@@ -143,7 +143,7 @@ class Inferred:
     mean: Float[np.ndarray, " m"]
     covariance: Float[np.ndarray, "m m"]
     own: Bumps
-    local: Local
+    local: LocalFit
     everything: Bumps
 
     @property

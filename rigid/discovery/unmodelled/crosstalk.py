@@ -17,7 +17,7 @@ from rigid.discovery.fitted import Fitted
 from rigid.discovery.unmodelled.base import About, AbstractHidden, Bumps, Inferred, none, together
 from rigid.discovery.unmodelled.sensors import distorted
 from rigid.localfit.hidden_inputs import Abscissa
-from rigid.localfit.samples import Channel
+from rigid.localfit.samples import ChannelKey
 from rigid.physics.sensors import UNITS
 from rigid.plots.shown import HiddenShown
 
@@ -69,7 +69,7 @@ class Crosstalk(AbstractHidden):
 
 
 def answering(
-    channels: Sequence[Channel],
+    channels: Sequence[ChannelKey],
     channel: Int[np.ndarray, " n"],
     time: Float[np.ndarray, " n"],
     reading: Float[np.ndarray, " n"],
@@ -85,21 +85,21 @@ def answering(
     for kind in listed:
         others = tuple(q for q in listed if q != kind)
         for rates, sources in ((False, others), (True, listed)):
-            traces = np.zeros((len(reading), len(sources)))
+            signatures = np.zeros((len(reading), len(sources)))
             for mine, series in _beside(rows, kind):
                 for i, source in enumerate(sources):
                     if source in series:
                         seen = reading[series[source]]
                         when = time[series[source]]
                         seen = np.gradient(seen, when) if rates else seen
-                        traces[mine, i] = np.interp(time[mine], when, seen)
+                        signatures[mine, i] = np.interp(time[mine], when, seen)
             target = Crosstalk(kind, rates, sources)
             numbers = np.arange(len(sources), dtype=float)
-            parts.append(Bumps(traces, (target,) * len(sources), numbers))
+            parts.append(Bumps(signatures, (target,) * len(sources), numbers))
     return together(parts)
 
 
-def quantities(channels: Sequence[Channel]) -> tuple[str, ...]:
+def quantities(channels: Sequence[ChannelKey]) -> tuple[str, ...]:
     """Quantities that some record has beside others, in order."""
     read: dict[str, set[str]] = {}
     for one in channels:

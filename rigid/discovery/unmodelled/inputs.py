@@ -24,7 +24,7 @@ from rigid.localfit.hidden_inputs import (
     HiddenForce,
     HiddenSpring,
 )
-from rigid.localfit.local import Local
+from rigid.localfit.local import LocalFit
 from rigid.localfit.signature import Way, changes, reads, rows_of
 
 SLOW_BUMPS, RELEASE_BUMPS, STATE_BUMPS = 10, 10, 6
@@ -92,7 +92,7 @@ class Input(AbstractHidden):
         return ("constant", "proportional", *(("sign",) if self.over.turns else ()))
 
 
-class Job(NamedTuple):
+class BumpRequest(NamedTuple):
     """A bundle of bumps, to be simulated.
 
     - `target`. - `centre` (m,); `width`. - `kinds`: of records in which it shows. - `tracks`: each
@@ -114,7 +114,7 @@ class Job(NamedTuple):
             yield Way(height, shape, None, self.kinds)
 
 
-def _simulated(fit: Fitted, jobs: list[Job]) -> Iterator[Bumps]:
+def _simulated(fit: Fitted, jobs: list[BumpRequest]) -> Iterator[Bumps]:
     """Slopes by the height of every bump."""
     local, at = fit.local, 0
     family = fit.program(dict.fromkeys(job.target.effect for job in jobs))
@@ -130,7 +130,7 @@ def _simulated(fit: Fitted, jobs: list[Job]) -> Iterator[Bumps]:
             yield Bumps(own, (target,) * len(job.centre), job.centre)
 
 
-def _over_time(local: Local) -> Iterator[Job]:
+def _over_time(local: LocalFit) -> Iterator[BumpRequest]:
     """Bumps over the time of each record."""
     layout = local.layout
     spans, released = {}, kinds_with("release")
@@ -147,10 +147,10 @@ def _over_time(local: Local) -> Iterator[Job]:
         kinds = {spans[t][0] for t in tracks}
         for kind in OVER_TIME:
             if here := _acting(EFFECTS[kind], kinds):
-                yield Job(Input(kind, TIME.name), centres, span / count, here, tracks)
+                yield BumpRequest(Input(kind, TIME.name), centres, span / count, here, tracks)
 
 
-def _over_states(local: Local) -> Iterator[Job]:
+def _over_states(local: LocalFit) -> Iterator[BumpRequest]:
     """Bumps over states of the rig, the same in all records."""
     spans = {state: span(local) for state, span in SPANS.items()}
     for kind, effect in EFFECTS.items():
@@ -160,7 +160,7 @@ def _over_states(local: Local) -> Iterator[Job]:
             if high > low and here:
                 width = (high - low) / (STATE_BUMPS - 1)
                 centres = low + width * np.arange(STATE_BUMPS)
-                yield Job(Input(kind, state.name), centres, width, here)
+                yield BumpRequest(Input(kind, state.name), centres, width, here)
 
 
 def _acting(effect: type[AbstractHiddenInput], kinds: Iterable[str]) -> frozenset[str]:
@@ -171,7 +171,7 @@ def _acting(effect: type[AbstractHiddenInput], kinds: Iterable[str]) -> frozense
 Span = tuple[float, float]
 
 
-def _range_of(local: Local, quantity: str) -> Span:
+def _range_of(local: LocalFit, quantity: str) -> Span:
     """Least and greatest expected reading of a quantity; 0 and 0 where it is not read."""
     layout = local.layout
     numbers = [i for i, c in enumerate(layout.channels) if c.quantity == quantity]
@@ -179,7 +179,7 @@ def _range_of(local: Local, quantity: str) -> Span:
     return (float(found.min()), float(found.max())) if len(found) else (0.0, 0.0)
 
 
-def _speeds(local: Local) -> Span:
+def _speeds(local: LocalFit) -> Span:
     """Least and greatest speed of the plunger in the slow records [m/s], from their strokes."""
     low = high = 0.0
     for number, channel in enumerate(local.layout.channels):
@@ -191,7 +191,7 @@ def _speeds(local: Local) -> Span:
     return low, high
 
 
-def _swing(local: Local) -> Span:
+def _swing(local: LocalFit) -> Span:
     """How fast things move in a release [m/s]: the greatest integral of its acceleration."""
     swings = [
         float(np.ptp(np.cumsum(local.reading[local.layout.channel == number]) * channel.interval))
@@ -202,14 +202,14 @@ def _swing(local: Local) -> Span:
     return -swing, swing
 
 
-def _compression(local: Local) -> Span:
+def _compression(local: LocalFit) -> Span:
     """Least and greatest displacement of the cylinder [m] under the loads that are read."""
     low, high = _range_of(local, "load")
     stiffness = local.hypothesis.values(local.w).get("k_LC", (6e7, 0.0))[0]
     return -high / stiffness, -low / stiffness
 
 
-SPANS: Mapping[Followed, Callable[[Local], Span]] = {
+SPANS: Mapping[Followed, Callable[[LocalFit], Span]] = {
     PRESSURE: lambda local: _range_of(local, "pressure"),
     STROKE: lambda local: _range_of(local, "stroke"),
     SPEED: _speeds,

@@ -2,8 +2,8 @@
 
 A plate that swings in a release alone, a hose that takes pressure from free runs: what acts in one
 kind of record and not in the others makes constants disagree that the model holds equal. No force
-over time or over a state stands for that. The traces cost nothing: they are the slopes that the fit
-has, each kind's rows alone.
+over time or over a state stands for that. The signatures cost nothing: they are the slopes that the
+fit has, each kind's rows alone.
 """
 
 import dataclasses
@@ -118,5 +118,5 @@ def shifted(
         targets += [target] * len(felt)
         centres += felt
     none = np.zeros((len(design), 0))
-    traces = np.stack(columns, axis=1) if columns else none
-    return Bumps(traces, tuple(targets), np.array(centres, dtype=float))
+    signatures = np.stack(columns, axis=1) if columns else none
+    return Bumps(signatures, tuple(targets), np.array(centres, dtype=float))

@@ -19,8 +19,8 @@ from rigid.discovery.unmodelled.inputs import Input
 from rigid.discovery.unmodelled.sensors import SensorError
 from rigid.kinds import KINDS
 from rigid.localfit.hidden_inputs import STROKE
-from rigid.localfit.local import Local
-from rigid.localfit.samples import Channel
+from rigid.localfit.local import LocalFit
+from rigid.localfit.samples import ChannelKey
 from rigid.localfit.signature import reads
 from rigid.plots.shown import HiddenShown
 
@@ -95,13 +95,13 @@ WAVING: Mapping[str, AbstractHidden] = {
 """What a wave in a channel is taken for: a gauge does not feel the stroke, the plunger does."""
 
 
-def waves(local: Local) -> Bumps:
+def waves(local: LocalFit) -> Bumps:
     """Find the wave of every quantity over the stroke, and its signatures."""
     found = [_waving(local, quantity) for quantity in WAVING]
     return together([none(len(local.residual)), *(one for one in found if one is not None)])
 
 
-def _waving(local: Local, quantity: str) -> Bumps | None:
+def _waving(local: LocalFit, quantity: str) -> Bumps | None:
     """The wave of one quantity, None where no record has both it and the stroke."""
     layout = local.layout
     found = [_over_stroke(local, c) for c in layout.channels if c.quantity == quantity]
@@ -134,14 +134,14 @@ def _waving(local: Local, quantity: str) -> Bumps | None:
     return Bumps(columns, (target,) * columns.shape[1], np.repeat(sensors, 2).astype(float))
 
 
-def _area(local: Local) -> float:
+def _area(local: LocalFit) -> float:
     """The plunger's area [m^2]: a gauge reads F/S of a force that changes slowly beside the oil."""
     hypothesis = local.hypothesis
     sampled = {label: value for label, (value, _) in hypothesis.values(local.w).items()}
     return (hypothesis.constants() | sampled)["S_Pl"]
 
 
-def _over_stroke(local: Local, channel: Channel) -> tuple[np.ndarray, np.ndarray] | None:
+def _over_stroke(local: LocalFit, channel: ChannelKey) -> tuple[np.ndarray, np.ndarray] | None:
     """Rows of a channel that were read, and the stroke [m] at each; None where it is not known."""
     layout = local.layout
     own = layout.channels.index(channel)
@@ -160,8 +160,10 @@ def _most(here: list[tuple[np.ndarray, np.ndarray]]) -> float:
     return 0.5 / min(moving) if moving else 0.0
 
 
-def _power(local: Local, rows: np.ndarray, stroke: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+def _power(
+    local: LocalFit, rows: np.ndarray, stroke: np.ndarray, numbers: np.ndarray
+) -> np.ndarray:
     """Twice the log-likelihood gained by a wave of each number [1/m] (m,), as chi squared of 2."""
-    score, weight = local.terms.score[rows], float(local.terms.bend[rows].sum())
+    score, weight = local.terms.score[rows], float(local.terms.curvature[rows].sum())
     turned = np.exp(2j * np.pi * np.outer(numbers, stroke)) @ score
     return 2.0 * np.abs(turned) ** 2 / max(weight, 1e-300)

@@ -18,7 +18,7 @@ from scipy.stats import chi2
 from rigid.discovery.unmodelled.base import AbstractHidden, Bumps, Inferred
 from rigid.localfit.candidates import Candidate
 from rigid.localfit.evidence import Bundle, amplitudes, log_bayes
-from rigid.localfit.local import Local
+from rigid.localfit.local import LocalFit
 from rigid.localfit.screening import Screening
 
 NOTHING, UNNAMED = "nothing", "unnamed"
@@ -30,11 +30,11 @@ SIMULATED = 1000
 """Draws of campaigns in which nothing is missing, for the p-value."""
 
 ALIKE = 0.98
-"""Effects whose traces have this cosine explain the same, and take each other's place."""
+"""Effects whose signatures have this cosine explain the same, and take each other's place."""
 
 Z_GRID = np.linspace(-8.0, 8.0, 49)
 SIZES, LEAST_SIZE = 48, 1e-4
-"""Sizes of traces at which a law's curve is worked out; the least, over the greatest."""
+"""Sizes of signatures at which a law's curve is worked out; the least, over the greatest."""
 
 
 class Bundled(NamedTuple):
@@ -80,7 +80,7 @@ class Explained:
         """The hidden thing that is the most probable."""
         return self.bundles[int(np.argmax(self.bundle + shares(self.bundles)))]
 
-    def inferred(self, local: Local, everything: Bumps) -> Inferred:
+    def inferred(self, local: LocalFit, everything: Bumps) -> Inferred:
         """What the records say of the likeliest hidden thing.
 
         - `local`: the fit. - `everything`: signatures of all that is hidden.
@@ -90,7 +90,7 @@ class Explained:
         return Inferred(hidden, *bundle.amplitudes(self.screening.slope), own, local, everything)
 
     def alike(self, name: str) -> tuple[str, ...]:
-        """Effects whose trace is that of an effect, itself among them."""
+        """Effects whose signature is that of an effect, itself among them."""
         cosines, at = self.screening.cosines, self.best_of(name)
         return tuple(n for n in self.effects if abs(cosines[at, self.best_of(n)]) > ALIKE)
 
@@ -133,7 +133,7 @@ def explain(
     screening: Screening,
     seed: int,
 ) -> Explained:
-    """Weigh all candidates and bumps; their traces are screened in that order."""
+    """Weigh all candidates and bumps; their signatures are screened in that order."""
     departures = [amplitudes(one.law, one.absent) for one in listed]
     count = len(listed)
     diagonal = np.diag(screening.information)
@@ -154,7 +154,7 @@ def explain(
 
 
 def null_draws(information: np.ndarray, seed: int) -> np.ndarray:
-    """Slopes (SIMULATED, k) of all traces in campaigns where nothing is missing."""
+    """Slopes (SIMULATED, k) of all signatures in campaigns where nothing is missing."""
     size = np.sqrt(np.maximum(np.diag(information), 1e-200))
     rng = np.random.default_rng([seed, 5])
     return rng.standard_normal((SIMULATED, len(size))) @ _root(information, size).T * size
@@ -185,9 +185,9 @@ def _least_tail(rng: np.random.Generator, draws: int, tried: int) -> np.ndarray:
 
 
 def _root(information: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """A matrix R with R R' the correlation of the traces (k, k)."""
+    """A matrix R with R R' the correlation of the signatures (k, k)."""
     alike = information / np.outer(size, size)
-    # White noise of a ten-thousandth sd parts traces in each other's span.
+    # White noise of a ten-thousandth sd parts signatures in each other's span.
     return np.linalg.cholesky(alike + 1e-8 * np.eye(len(size)))
 
 
@@ -218,8 +218,8 @@ def curves_of_all(
 ) -> np.ndarray:
     """Log Bayes factors (c, grid) of candidates over the `strengths` (grid,).
 
-    - `sizes` (c or more,): of their traces. One curve over the strength serves all records, and few
-      of them all candidates of one law.
+    - `sizes` (c or more,): of their signatures. One curve over the strength serves all records, and
+      few of them all candidates of one law.
     """
     out = np.empty((len(listed), len(strengths)))
     alike: dict[tuple, list[int]] = {}
@@ -237,8 +237,8 @@ def curves_of(
 ) -> np.ndarray:
     """Log Bayes factors (m, grid) over the `strengths` (grid,), for amplitudes of one law.
 
-    - `sizes` (m,): of their traces. Between SIZES of them, evenly spaced in their logarithm, the
-      curves are interpolated.
+    - `sizes` (m,): of their signatures. Between SIZES of them, evenly spaced in their logarithm,
+      the curves are interpolated.
     """
     few = sizes
     if len(sizes) > SIZES:

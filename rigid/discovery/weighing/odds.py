@@ -14,11 +14,11 @@ PRIOR_PAIRS = 0.05
 taken from the single ones."""
 
 MIMICS = 0.3
-"""Of causes that have no entry, the share that leaves a trace too like that of an effect to be told
-from it, as it is among all causes of the benchmark (docs/studies/discovery/lookalikes.json: a third
-has another with a cosine above 0.8), and chosen in view of how often names stated at 0.9 and more
-were right in development (docs/discovery.md). What is hidden is looked for in forms that can be
-written down; a cause that is like an effect and not quite it differs from it in a direction that
+"""Of causes that have no entry, the share that leaves a signature too like that of an effect to be
+told from it, as it is among all causes of the benchmark (docs/studies/discovery/lookalikes.json: a
+third has another with a cosine above 0.8), and chosen in view of how often names stated at 0.9 and
+more were right in development (docs/discovery.md). What is hidden is looked for in forms that can
+be written down; a cause that is like an effect and not quite it differs from it in a direction that
 nobody knows, and no record excludes that."""
 
 AS_SURE = math.log(3.0)
@@ -31,7 +31,7 @@ class Odds:
 
     - `probability`: of nothing, of each effect as the next to add, of something unnamed; sums to 1.
       A pair counts for that of its two effects which is the surer to be missing, whichever of the
-      effects with its trace it is; of two as sure, for the one that explains more alone.
+      effects with its signature it is; of two as sure, for the one that explains more alone.
     - `evidence`: log of what speaks for each effect, alone or with another, against nothing, as a
       Bayes factor is.
     """

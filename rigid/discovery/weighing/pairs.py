@@ -1,7 +1,7 @@
 """Two effects at once: what a pair explains that neither does alone.
 
-Where two are missing, each alone leaves the trace of the other, and something hidden that mimics
-both can explain more than either.
+Where two are missing, each alone leaves the signature of the other, and something hidden that
+mimics both can explain more than either.
 """
 
 import dataclasses

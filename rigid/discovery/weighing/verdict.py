@@ -10,13 +10,14 @@ SURE_NAME = 0.8
 CLOSE = 4.0
 """... no other explanation whose log Bayes factor is within this of it ..."""
 PARTED = 1.64
-"""... leaves a trace so alike that even who knew both could not part them in 19 of 20."""
+"""... leaves a signature so alike that even who knew both could not part them in 19 of 20."""
 
 
 def lookalikes(found: Explained, said: Odds, name: str) -> list[str]:
-    """Effects that explain about as much as the effect `name` and leave too similar a trace.
+    """Effects that explain about as much as the effect `name` and leave too similar a signature.
 
-    At strength s an oracle parts two traces of cosine c with probability Phi(s sqrt((1 - c)/2)).
+    At strength s an ideal observer parts two signatures of cosine c with probability
+    Phi(s sqrt((1 - c)/2)).
     """
     mine, strength = found.best_of(name), abs(found.screening.strength)
     out = []

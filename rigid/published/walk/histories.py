@@ -18,7 +18,7 @@ from rigid.published.catalogue import TRANSFER
 from rigid.published.walk.constants import Constants, nominal
 from rigid.published.walk.equations import BASE, base_rig
 from rigid.published.walk.numbers import Numbers
-from rigid.published.walk.solving import History, Run, Stretch, loaded, run
+from rigid.published.walk.solving import History, Stretch, Trajectory, loaded, run
 
 SOLVED = 12
 """Draws of the constants for which a figure is solved, beside the printed ones."""
@@ -56,13 +56,13 @@ class Simulated:
     - `drops`: Fig. 12 by alpha. - `step`: largest |F_LC - F_Ice| [N] after one converter step.
     """
 
-    frame: tuple[Run, ...]
+    frame: tuple[Trajectory, ...]
     release: dict[str, tuple[np.ndarray, np.ndarray]]
-    running: dict[str, Run]
-    recorded: dict[str, Run]
-    simulated: dict[str, Run]
+    running: dict[str, Trajectory]
+    recorded: dict[str, Trajectory]
+    simulated: dict[str, Trajectory]
     ice: dict[str, np.ndarray]
-    drops: dict[float, Run]
+    drops: dict[float, Trajectory]
     drop_loads: dict[float, np.ndarray]
     step: float
 
@@ -104,7 +104,7 @@ def _effects(*more: type[AbstractEffect]) -> tuple[type[AbstractEffect], ...]:
     return (*(CATALOGUE[name] for name in BASE), *more)
 
 
-def frame_tests(numbers: Numbers, few: Sequence[Constants]) -> tuple[Run, ...]:
+def frame_tests(numbers: Numbers, few: Sequence[Constants]) -> tuple[Trajectory, ...]:
     """Load against stroke in the frame, with slack before full contact."""
     out = []
     full = numbers["frame_load"].si
@@ -143,7 +143,7 @@ def releases(
     return out
 
 
-def free_running(numbers: Numbers, few: Sequence[Constants], cylinder: str) -> Run:
+def free_running(numbers: Numbers, few: Sequence[Constants], cylinder: str) -> Trajectory:
     """Stroke and pressure out of load at the friction of (18); the flow is borrowed."""
     kappa, friction = numbers[f"kappa_{cylinder}"].si, numbers[f"mu_{cylinder}"].si
     normal = np.random.default_rng(ord(cylinder)).standard_normal(len(few))
@@ -166,7 +166,7 @@ def ice_load(numbers: Numbers, cylinder: str) -> History:
 
 def field_test(
     numbers: Numbers, few: Sequence[Constants], cylinder: str
-) -> tuple[Run, Run, np.ndarray]:
+) -> tuple[Trajectory, Trajectory, np.ndarray]:
     """What the logger would have recorded, what the paper simulates, and the ice load [N]."""
     history = ice_load(numbers, cylinder)
     kappa, opens = numbers[f"kappa_{cylinder}"].si, numbers["valve_shut"].si
@@ -187,7 +187,7 @@ def field_test(
     return recorded, simulated, np.interp(times, *history)
 
 
-def drop(numbers: Numbers, few: Sequence[Constants], alpha: float) -> tuple[Run, np.ndarray]:
+def drop(numbers: Numbers, few: Sequence[Constants], alpha: float) -> tuple[Trajectory, np.ndarray]:
     """The rig under the whole ice load when a share `alpha` of the contact area is lost."""
     whole = numbers["ice_strength"].si * numbers["contact_area"].si
     knots = np.array([0.0, DROP_AT, DROP_AT + DROP_IN, DROP_AT + DROP_IN + BACK_IN, DROP_ENDS])

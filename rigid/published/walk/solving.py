@@ -34,7 +34,7 @@ class Stretch:
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class Trajectory:
     """What a rig did, by draw of its constants; index 0 has the constants as printed.
 
     - `time` (times,) [s]. - `stroke`, `plunger` [m], `pressure` [Pa], `load` [N]: (draws, times).
@@ -75,7 +75,7 @@ def run(
     drawn: Sequence[Constants],
     stretches: Sequence[Stretch],
     times: Float[np.ndarray, " times"],
-) -> Run:
+) -> Trajectory:
     """Solve one history for several rigs.
 
     - `drawn`: constants and parameters of the effects [SI] by label; `kappa_factor` in them
@@ -86,7 +86,7 @@ def run(
     solve = eqx.filter_jit(_solver(tuple(effects), tuple(stretches), times))
     states, loads = jax.lax.map(solve, values)
     states = np.asarray(states)
-    return Run(
+    return Trajectory(
         times, states[..., 2] - states[..., 0], states[..., 2], states[..., 4], np.asarray(loads)
     )
 

@@ -10,7 +10,7 @@ from rigid.inference.reference_check import SolverCheck
 from rigid.io.files import json_text, replacing, write_text
 from rigid.smoothing.budget import FIGURES, PARTS, Line
 from rigid.smoothing.finished import Finished
-from rigid.smoothing.laws import Law
+from rigid.smoothing.laws import RigModel
 from rigid.smoothing.paths import UNITS
 from rigid.smoothing.run import PART_NAMES, Bands
 
@@ -55,7 +55,7 @@ def _write(path: Path, head: Sequence[str], table: tuple[np.ndarray, list[np.nda
                 file.write(f"{t:.4f}," + ",".join(f"{v:.6g}" for v in row) + "\n")
 
 
-def checks(all_found: Iterable[Finished], laws: Iterable[Law]) -> list[tuple[str, bool, str]]:
+def checks(all_found: Iterable[Finished], laws: Iterable[RigModel]) -> list[tuple[str, bool, str]]:
     """What must hold for the bands to be used: name, whether it does, what was found."""
     gaps = {place: gap for found in all_found for place, gap in found.gaps.items()}
     at = max(gaps, key=gaps.__getitem__)
@@ -88,7 +88,7 @@ def as_dict(
     simulated: bool,
     seed: int,
     all_found: Sequence[Finished],
-    laws: Sequence[Law],
+    laws: Sequence[RigModel],
 ) -> dict[str, Any]:
     """Everything but the series, for programs."""
     listed, solver = checks(all_found, laws), worst_of(all_found)

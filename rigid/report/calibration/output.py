@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from rigid.inference.calibrate import KEPT_STEPS, Calibrated
-from rigid.inference.derived import Channel, frictions, overall_gap, values_of
+from rigid.inference.derived import ChannelDraws, frictions, overall_gap, values_of
 from rigid.inference.export import (
     about,
     about_sensors,
@@ -104,7 +104,7 @@ def checks(done: Calibrated) -> list[Check]:
     return listed
 
 
-def residuals_check(shown: list[Channel]) -> Check:
+def residuals_check(shown: list[ChannelDraws]) -> Check:
     """Whether what the model leaves of every channel is what its sensor's sheet says."""
     channels = {f"{c.quantity} of {c.record},{c.cylinder}": c.gap for c in shown}
     return residuals(overall_gap(shown), channels)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from rigid.inference.calibrate import Calibrated
-from rigid.inference.derived import LEVELS, Channel, frictions, values_of
+from rigid.inference.derived import LEVELS, ChannelDraws, frictions, values_of
 from rigid.inference.excitation import excited
 from rigid.inference.friction_curve import FREQUENCIES
 from rigid.likelihood.correlation import autocovariance
@@ -43,7 +43,7 @@ LAGS = 40
 """Samples up to which autocorrelation is shown."""
 
 
-def channel_fit(done: Calibrated, c: Channel) -> shown.ChannelFit:
+def channel_fit(done: Calibrated, c: ChannelDraws) -> shown.ChannelFit:
     """One channel for the figures."""
     read = np.isfinite(c.data)
     record = next(r for r in done.records if (r.name, r.cylinder) == (c.record, c.cylinder))
@@ -107,7 +107,7 @@ def heard(after: np.ndarray, before: np.ndarray) -> np.ndarray:
     return widths[0] < NARROWER * widths[1]
 
 
-def corner(done: Calibrated) -> shown.Draws | None:
+def corner(done: Calibrated) -> shown.ParameterDraws | None:
     """Draws of the machine's own parameters for the corner figure; None where there are none."""
     rig = done.problem.of_the_rig
     local = ("kappa", "kappa_tank", "noise", "preload", "release_time", "M_Pl", "k_frame")
@@ -124,7 +124,7 @@ def corner(done: Calibrated) -> shown.Draws | None:
     printed = [published(p.base, ours) for p in chosen]
     marks = tuple(values[0].value if values else None for values in printed)
     symbols = tuple(p.numbered_symbol for p in chosen)
-    return shown.Draws(symbols, tuple(p.unit for p in chosen), flat[:, ::every], marks)
+    return shown.ParameterDraws(symbols, tuple(p.unit for p in chosen), flat[:, ::every], marks)
 
 
 def traces(done: Calibrated) -> tuple[shown.Trace, ...]:

@@ -41,12 +41,12 @@ class Compared(NamedTuple):
 def compared(outcome: Outcome, seed: int) -> Compared:
     """Compare records and predictions around the first fit and around the last."""
     bench = outcome.bench
-    traces = np.concatenate([bench.traces, bench.bumps.columns], axis=1)
-    before = disagreements(outcome.base, traces, seed)
+    signatures = np.concatenate([bench.signatures, bench.bumps.columns], axis=1)
+    before = disagreements(outcome.base, signatures, seed)
     records = {t.label: (t.name, t.cylinder) for t in outcome.base.layout.problem.tracks}
     if outcome.final is outcome.base:
         return Compared(before, None, records)
-    after = disagreements(outcome.final, traces, seed)
+    after = disagreements(outcome.final, signatures, seed)
     return Compared(before, {_key(one): one for one in after}, records)
 
 

@@ -38,7 +38,7 @@ TOLD_ODDS = 8
 LEAST_APART = 0.8
 
 
-class Run(NamedTuple):
+class Context(NamedTuple):
     """What goes with a run of the model against records.
 
     - `provenance`. - `notes`: what was dropped on reading. - `compared`: where it disagrees with
@@ -51,7 +51,7 @@ class Run(NamedTuple):
     checks: tuple[Check, ...] = ()
 
 
-def content(spec: Spec, outcome: Outcome, made: dict[str, Any], run: Run) -> DiscoveryContent:
+def content(spec: Spec, outcome: Outcome, made: dict[str, Any], run: Context) -> DiscoveryContent:
     """Gather the section; `made` is what goes to discovery.json."""
     first = outcome.steps[0].explained if outcome.steps else outcome.last
     names, cosines = told_apart(first)
@@ -84,7 +84,7 @@ def content(spec: Spec, outcome: Outcome, made: dict[str, Any], run: Run) -> Dis
     )
 
 
-def front(outcome: Outcome, made: dict[str, Any], run: Run) -> Front:
+def front(outcome: Outcome, made: dict[str, Any], run: Context) -> Front:
     """Question, verdict, answers, what disagrees with the verdict, what to do."""
     failed = [one for one in run.checks if not one.ok]
     spec = next((one["spec"] for one in made["steps"] if one["spec"]), None)

@@ -66,19 +66,19 @@ def against(step: Step) -> AgainstShown | None:
     one = step.refits[step.chosen]
     # Sorted by what is expected alone: how much a rounded sample tells depends on how its noise
     # fell, and classes by that would have means of their own.
-    floor, bend = one.before.layout.floor, np.maximum(one.before.terms.bend, 0.0)
+    floor, curvature = one.before.layout.floor, np.maximum(one.before.terms.curvature, 0.0)
     explained = (one.before.residual - one.after.residual) / floor
-    order = np.argsort(np.where(bend > 0.0, explained, np.inf))[: np.count_nonzero(bend)]
-    explained, bend = explained[order], bend[order] * floor[order] ** 2
+    order = np.argsort(np.where(curvature > 0.0, explained, np.inf))[: np.count_nonzero(curvature)]
+    explained, curvature = explained[order], curvature[order] * floor[order] ** 2
     scores = [fit.terms.score[order] * floor[order] for fit in (one.before, one.after)]
-    evidence = np.cumsum(bend * explained**2)
+    evidence = np.cumsum(curvature * explained**2)
     count = int(np.clip(evidence[-1] / EVIDENCE_A_CLASS, FEWEST, MOST))
     edges = np.unique(np.searchsorted(evidence, evidence[-1] * np.arange(count) / count))
     weight = np.abs(explained)
-    told = np.add.reduceat(bend * weight, edges)
+    told = np.add.reduceat(curvature * weight, edges)
 
     def mean(slope: np.ndarray) -> np.ndarray:
         return np.add.reduceat(slope * weight, edges) / told
 
-    sd = np.sqrt(np.add.reduceat(bend * weight**2, edges)) / told
-    return AgainstShown(mean(bend * explained), mean(scores[0]), mean(scores[1]), sd)
+    sd = np.sqrt(np.add.reduceat(curvature * weight**2, edges)) / told
+    return AgainstShown(mean(curvature * explained), mean(scores[0]), mean(scores[1]), sd)

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.axes import Axes
 
-from rigid.published.walk.solving import Run
+from rigid.published.walk.solving import Trajectory
 
 
 def rounded(values: np.ndarray, step: float) -> np.ndarray:
@@ -17,7 +17,7 @@ def line(axes: Axes, time: np.ndarray, band: np.ndarray, colour: str, label: str
     axes.plot(time, band[0], color=colour, label=label)
 
 
-def columns(name: str, unit: str, run: Run, quantity: str) -> dict[str, np.ndarray]:
+def columns(name: str, unit: str, run: Trajectory, quantity: str) -> dict[str, np.ndarray]:
     """A quantity with its band as columns of a file."""
     value, low, high = run.band(quantity)
     return {

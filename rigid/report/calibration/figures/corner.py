@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from rigid.plots import metrology
 from rigid.plots.figure import Drawn
-from rigid.plots.shown import Draws
+from rigid.plots.shown import ParameterDraws
 from rigid.plots.style import BLUE, PAGE_WIDTH, RED, house_style, stamp, tex
 from rigid.report.content import CalibrationContent
 
@@ -32,7 +32,7 @@ def drawn(content: CalibrationContent) -> Iterator[Drawn]:
         yield _drawn("corner-all", "machine's own", draws, content.simulated)
 
 
-def _drawn(name: str, which: str, draws: Draws, simulated: bool) -> Drawn:
+def _drawn(name: str, which: str, draws: ParameterDraws, simulated: bool) -> Drawn:
     """The pairs of some parameters."""
     marked = any(mark is not None for mark in draws.marks)
     printed = " Red lines: values that the paper prints, where they fall inside." if marked else ""
@@ -52,14 +52,14 @@ def _drawn(name: str, which: str, draws: Draws, simulated: bool) -> Drawn:
     )
 
 
-def _first(draws: Draws, count: int) -> Draws:
+def _first(draws: ParameterDraws, count: int) -> ParameterDraws:
     """The first parameters alone."""
-    return Draws(
+    return ParameterDraws(
         draws.symbols[:count], draws.units[:count], draws.values[:count], draws.marks[:count]
     )
 
 
-def corner_figure(draws: Draws, simulated: bool) -> Figure:
+def corner_figure(draws: ParameterDraws, simulated: bool) -> Figure:
     """Histograms on the diagonal, contours that hold 50 and 90 % of the draws below it."""
     with warnings.catch_warnings():
         # corner imports ArviZ, which announces its next version at every import.
