@@ -9,7 +9,7 @@ from rigid.effects import CATALOGUE
 from rigid.likelihood.channels import SensorSheet, make_pieces
 from rigid.likelihood.groups import ReleaseGroup, SlowGroup
 from rigid.likelihood.parameters import Parameter, Parameters, collect
-from rigid.likelihood.priors import AbstractLaw, Fixed, Lognormal, Normal, Uniform, make_law
+from rigid.likelihood.priors import AbstractPrior, Fixed, Lognormal, Normal, Uniform, make_prior
 from rigid.likelihood.problem import Problem
 from rigid.likelihood.tracks import Series, Track
 from rigid.physics import full
@@ -57,7 +57,7 @@ def prior_draws(names, count: int, seed: int) -> list[dict[str, float]]:
         for effect in effects(names):
             for info in effect.parameters():
                 for label, prior in zip(info.labels, info.priors, strict=True):
-                    law = make_law(prior.law, prior.arguments, label)
+                    law = make_prior(prior.law, prior.arguments, label)
                     values[label] = float(law.from_standard(jnp.asarray(rng.standard_normal())))
         draws.append(values)
     return draws
@@ -104,7 +104,7 @@ RECORDS_OWN = ("kappa", "kappa_tank", "preload", "release_time", "pump_angle")
 KINDS_OF_RECORDS = ("frame", "free-run", "release", "field")
 
 
-def parameter(label: str, law: AbstractLaw, unit: str = "SI", **more) -> Parameter:
+def parameter(label: str, law: AbstractPrior, unit: str = "SI", **more) -> Parameter:
     """A parameter of a flat label, `kappa[free-run-1,A]`, as a problem of a spec would have it."""
     name, *brackets = label.split("[")
     places = tuple(part for b in brackets for part in b.rstrip("]").split(","))
@@ -120,7 +120,7 @@ def parameter(label: str, law: AbstractLaw, unit: str = "SI", **more) -> Paramet
     return Parameter(label, label, unit, law, **(told | more))
 
 
-def parameters(free: dict[str, AbstractLaw], names=BASE, quantities=("acceleration,A",)):
+def parameters(free: dict[str, AbstractPrior], names=BASE, quantities=("acceleration,A",)):
     """The given numbers uncertain, noise levels at their sheets, the rest as in NOMINAL."""
     needed = [k for k in NOMINAL if "branch" not in k or "frequency-dependent-friction" in names]
     laws = {k: Fixed(NOMINAL[k]) for k in needed} | free

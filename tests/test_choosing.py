@@ -118,7 +118,7 @@ def plain() -> tuple[Family, dict[str, LocalFit]]:
 
 
 def amplitude(local: LocalFit) -> dict:
-    known = {p.label: p.law for p in local.hypothesis.parameters}
+    known = {p.label: p.prior for p in local.hypothesis.parameters}
     return {k: known[k] for k in ("mu_branch[1]",) if k in known}
 
 
@@ -145,7 +145,7 @@ class Toy:
     def evidence(self, law=None) -> float:
         """By the integral under test, with the toy's prior or another."""
         law = law or self.law
-        listed = [self.amplitude._replace(law=law)] if law else []
+        listed = [self.amplitude._replace(prior=law)] if law else []
         found = shape(self.columns.T @ self.columns, self.w, listed)
         return float(found.integral(self.columns.T @ self.residual, self.value))
 
@@ -491,7 +491,7 @@ def test_two_laws_compared_from_fits_to_the_page(plain):
     fitted = FittedModels(Programs(Program(family), Program(family)), (CONSTANT, ONE_BRANCH), found)
     compared = compare(fitted, 5)
     first, second = compared.standings
-    assert first.law.name == VISCOUS
+    assert first.model.name == VISCOUS
     assert first.elpd == first.error == 0.0
     assert second.error > 0.0
     # The larger law's noise of one amplitude: sd of a log predictive density about 1/sqrt(2).
@@ -585,7 +585,7 @@ def test_the_laws_of_a_spec(tmp_path: Path):
     made = problem(1)
     bending = Lognormal(2e-5, 1.1)
     numbers = made.parameters
-    more = dataclasses.replace(numbers.sampled[0], label="presliding", law=bending)
+    more = dataclasses.replace(numbers.sampled[0], label="presliding", prior=bending)
     made = dataclasses.replace(
         made, parameters=dataclasses.replace(numbers, sampled=(*numbers.sampled, more))
     )

@@ -345,7 +345,7 @@ def test_a_law_that_does_not_exist(command, spec):
     spec.write_text(SPEC + "[priors]\nk_LC = { lognormall = { median = 6e7, factor = 2 } }\n")
     status, _, err = fit(command, spec, "--out", spec.parent / "out")
     assert status == 2
-    assert "[priors] k_LC: unknown law 'lognormall'" in err
+    assert "[priors] k_LC: unknown prior 'lognormall'" in err
 
 
 def test_a_signal_where_python_ignores_errors_still_ends_the_run():

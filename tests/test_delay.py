@@ -11,7 +11,7 @@ from scipy.stats import norm
 
 from rigid.effects import CATALOGUE
 from rigid.likelihood.priors import Normal
-from rigid.localfit.candidates import candidates, laws_of
+from rigid.localfit.candidates import candidates, priors_of
 from rigid.physics import slow, staggered
 from rigid.physics.drive import side_by_side
 from rigid.physics.rig import Rig
@@ -64,14 +64,14 @@ def test_late_and_early_are_candidates_of_their_own():
     """Where the valve switches at a sample, what a delay leaves is not minus what a lead leaves."""
     clock = CATALOGUE["clock-offset"]
     late, early = candidates((clock,), 1)
-    law = laws_of(clock, {})["pressure_delay"][1]
+    law = priors_of(clock, {})["pressure_delay"][1]
     z = np.linspace(-3.0, 3.0, 25)
     for one, sign in ((late, 1.0), (early, -1.0)):
         assert np.sign(one.shape["pressure_delay"]) == sign
         assert abs(one.shape["pressure_delay"]) < 1e-8
         # each half of the prior, once: P(side < x) = P(|d| < x)
         expected = law.from_standard(norm.ppf(0.5 + 0.5 * norm.cdf(z)))
-        np.testing.assert_allclose(sign * one.law.from_standard(z), expected, rtol=1e-9)
+        np.testing.assert_allclose(sign * one.prior.from_standard(z), expected, rtol=1e-9)
     [shifted] = candidates((clock,), 1, {"pressure_delay": Normal(-0.01, 0.002)})
     assert shifted.shape["pressure_delay"] < 0.0
-    assert isinstance(shifted.law, Normal)
+    assert isinstance(shifted.prior, Normal)

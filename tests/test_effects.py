@@ -11,7 +11,7 @@ from rigs import BASE, NOMINAL, prior_draws, rig_of
 
 from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.effects.base import EQUATIONS
-from rigid.likelihood.priors import LAWS, make_law
+from rigid.likelihood.priors import LAWS, make_prior
 from rigid.physics.rig import CORE_SCALES, Surroundings
 from rigid.physics.sensors import readings
 
@@ -50,7 +50,7 @@ def flat_states(effect: type[AbstractEffect], own: float = 1.0) -> list[jnp.ndar
 def typical(effect: type[AbstractEffect]) -> dict[str, float]:
     """What is nominal for the rig, and values from the effect's priors for the rest."""
     own = {
-        label: float(make_law(prior.law, prior.arguments, label).from_standard(0.7))
+        label: float(make_prior(prior.law, prior.arguments, label).from_standard(0.7))
         for info in effect.parameters()
         for label, prior in zip(info.labels, info.priors, strict=True)
     }

@@ -79,7 +79,7 @@ def test_value_is_the_sum_over_samples():
     pieces, predictions = made_pieces(np.random.default_rng(53), n, (n,))
     got = marginal_likelihood(pieces, predictions, VALUES)
     sheet, best = SHEETS["load"], got.sensors["load,A"].best
-    law = sheet.law(VALUES["noise[load,A]"])
+    law = sheet.noise_model(VALUES["noise[load,A]"])
     column = pieces[0].data
     again = quadratic(
         law, best.gain, best.zero, column, jnp.ones((n, 1)), predictions[0]["load"][:, 0]

@@ -24,7 +24,7 @@ def standard(problem, **values) -> np.ndarray:
     """z of a point, the rest at their medians."""
     z = np.zeros(problem.parameters.size)
     for label, value in values.items():
-        law = problem.parameters.sampled[problem.parameters.index(label)].law
+        law = problem.parameters.sampled[problem.parameters.index(label)].prior
         z[problem.parameters.index(label)] = np.log(value / law.median) / np.log(law.factor)
     return z
 

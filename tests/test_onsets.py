@@ -7,7 +7,7 @@ import pytest
 
 from rigid.discovery.refit import worth_refitting
 from rigid.effects import CATALOGUE
-from rigid.likelihood.priors import make_law
+from rigid.likelihood.priors import make_prior
 from rigid.localfit.candidates import onsets
 from rigid.report.discovery.output import with_laws
 
@@ -28,7 +28,7 @@ def test_every_pressure_is_tried_with_widths_of_the_whole_prior():
     assert widths[1] == pytest.approx(20e5)
     assert widths[2] / widths[1] == pytest.approx(widths[1] / widths[0])
     assert 1.8 < widths[1] / widths[0] < 2.1
-    sharp = make_law("fixed", {"value": 5e5}, "here")
+    sharp = make_prior("fixed", {"value": 5e5}, "here")
     assert {one.shape["stage_width"] for one in onsets(STAGE, TOP, {"stage_width": sharp})} == {5e5}
 
 
@@ -61,7 +61,7 @@ def test_pressures_count_for_their_share_of_the_prior():
     inner = slice(1, -1)
     widths = 0.5 * (pressures[:-2] - pressures[2:])
     assert shares[inner] / widths == pytest.approx(shares[1] / widths[0], rel=1e-3), "uniform"
-    law = make_law("uniform", {"low": 500e5, "high": 540e5}, "here")
+    law = make_prior("uniform", {"low": 500e5, "high": 540e5}, "here")
     given = [one.shape["p_stage"] for one in onsets(STAGE, TOP, {"p_stage": law})]
     assert min(given) > 490e5
     assert max(given) < 550e5
@@ -76,7 +76,7 @@ def test_pressures_count_for_their_share_of_the_prior():
     ],
 )
 def test_priors_of_what_was_added_stand_in_the_extended_spec(text: str):
-    law = make_law("uniform", {"low": -1.25, "high": 5.0}, "here")
+    law = make_prior("uniform", {"low": -1.25, "high": 5.0}, "here")
     found = tomllib.loads(with_laws(text, {"pump_angle[frame-1]": law}))
     assert found["priors"]["pump_angle[frame-1]"] == {"uniform": {"low": -1.25, "high": 5.0}}
     assert {k: v for k, v in found.items() if k != "priors"} == {

@@ -11,12 +11,12 @@ from rigid.discovery.weighing.odds import odds
 from rigid.discovery.weighing.pairs import pairs
 from rigid.discovery.workflow import changed
 from rigid.effects import CATALOGUE
-from rigid.likelihood.priors import AbstractLaw, Lognormal, Normal
+from rigid.likelihood.priors import AbstractPrior, Lognormal, Normal
 from rigid.localfit.candidates import Candidate
 from rigid.localfit.evidence import LOG_MASS, amplitudes, log_bayes
 from rigid.localfit.screening import Screening
 
-LAWS: tuple[tuple[str, AbstractLaw], ...] = (
+LAWS: tuple[tuple[str, AbstractPrior], ...] = (
     ("piston-leakage", Lognormal(2.0, 2.0)),
     ("hose-pressure-drop", Normal(0.0, 3.0)),
     ("clock-offset", Normal(0.0, 1.0)),

@@ -9,7 +9,7 @@ from scipy import stats
 
 from rigid.io.errors import InputError
 from rigid.likelihood.parameters import Parameter, Scoped, collect, require_known
-from rigid.likelihood.priors import LAWS, Fixed, Lognormal, Normal, make_law
+from rigid.likelihood.priors import LAWS, Fixed, Lognormal, Normal, make_prior
 
 Z = np.linspace(-5.0, 5.0, 101)
 
@@ -41,7 +41,7 @@ def test_every_law_stands_in_the_table():
 @pytest.mark.parametrize("name", CASES)
 def test_law_maps_quantiles_to_quantiles(name: str):
     arguments, expected = CASES[name]
-    law = make_law(name, arguments, "here")
+    law = make_prior(name, arguments, "here")
     got = np.asarray(law.from_standard(jnp.asarray(Z)))
     np.testing.assert_allclose(got, expected.ppf(stats.norm.cdf(Z)), rtol=1e-8, atol=1e-12)
     assert np.all(np.diff(got) > 0)
@@ -53,25 +53,25 @@ def test_law_maps_quantiles_to_quantiles(name: str):
 
 @pytest.mark.parametrize("name", CASES)
 def test_law_stays_finite_far_out(name: str):
-    law = make_law(name, CASES[name][0], "here")
+    law = make_prior(name, CASES[name][0], "here")
     assert np.all(np.isfinite(law.from_standard(jnp.asarray([-30.0, 30.0]))))
 
 
 def test_negative_median_gives_negative_values():
-    law = make_law("lognormal", {"median": -0.2, "factor": 3.0}, "here")
+    law = make_prior("lognormal", {"median": -0.2, "factor": 3.0}, "here")
     assert np.all(np.asarray(law.from_standard(jnp.asarray(Z))) < 0)
 
 
 def test_known_laws():
-    assert make_law("fixed", {"value": 7.0}, "here").known
-    assert make_law("normal", {"mean": 7.0, "sd": 0.0}, "here").known
+    assert make_prior("fixed", {"value": 7.0}, "here").known
+    assert make_prior("normal", {"mean": 7.0, "sd": 0.0}, "here").known
     assert float(Fixed(7.0).from_standard(jnp.asarray(2.0))) == 7.0
 
 
 @pytest.mark.parametrize(
     ("name", "arguments", "says"),
     [
-        ("gamma", {}, "unknown law 'gamma'"),
+        ("gamma", {}, "unknown prior 'gamma'"),
         ("normal", {"mean": 1.0}, "normal takes mean, sd; given was mean"),
         ("normal", {}, "given was nothing"),
         ("normal", {"mean": 1.0, "sd": -1.0}, "sd of 0 or more"),
@@ -85,7 +85,7 @@ def test_known_laws():
 )
 def test_what_makes_no_law_is_refused(name: str, arguments: dict, says: str):
     with pytest.raises(InputError, match=f"here: .*{says}"):
-        make_law(name, arguments, "here")
+        make_prior(name, arguments, "here")
 
 
 def test_parameters_part_into_sampled_and_known():

@@ -91,6 +91,6 @@ def test_a_duration_is_inferred_where_a_spec_has_a_prior_for_it_and_nowhere_else
     exact = [one["name"] for one in taken(plain, ())["held_exact"]]
     assert "release" in exact
     assert "release" not in [one["name"] for one in taken(every, ())["held_exact"]]
-    law = next(p.law for p in every.parameters.sampled if p.base == "release_time")
+    law = next(p.prior for p in every.parameters.sampled if p.base == "release_time")
     wide = law.from_standard(np.array([-9.0, 9.0]))
     assert wide[1] - wide[0] == pytest.approx(3.0 * INTERVAL, rel=1e-3)

@@ -146,7 +146,7 @@ def test_a_campaign_has_the_records_of_the_spec_and_readings_of_its_truth(base):
 
 
 def test_laws_are_inverted_and_moved(base):
-    law = base.problem.parameters.sampled[0].law
+    law = base.problem.parameters.sampled[0].prior
     np.testing.assert_allclose(standard(law, np.asarray(law.from_standard(np.array([-1.3, 0.4])))),
                                [-1.3, 0.4], atol=1e-6)  # fmt: skip
     label = base.problem.parameters.labels[0]

@@ -22,9 +22,9 @@ from scipy.stats import norm
 from rigid.discovery.fitted import Fitted
 from rigid.effects import AbstractEffect
 from rigid.likelihood.groups import beating
-from rigid.likelihood.priors import AbstractLaw, make_law
+from rigid.likelihood.priors import AbstractPrior, make_prior
 from rigid.likelihood.tracks import Track
-from rigid.localfit.candidates import Candidate, laws_of, standard_of
+from rigid.localfit.candidates import Candidate, priors_of, standard_of
 from rigid.localfit.evidence import amplitudes, log_bayes
 from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import ChannelKey
@@ -56,25 +56,25 @@ class Line(NamedTuple):
     log_share: float
     chance: tuple[float, ...]
 
-    def candidate(self, effect: type[AbstractEffect], given: dict[str, AbstractLaw]) -> Candidate:
+    def candidate(self, effect: type[AbstractEffect], given: dict[str, AbstractPrior]) -> Candidate:
         """Return the effect with these numbers, every angle's prior turned so as to be around it.
 
         All angles are alike, but a posterior that is cut in two by the end of its prior is no bell.
         """
-        laws = laws_of(effect, given)
+        laws = priors_of(effect, given)
         amplitude = next(label for label, (info, _) in laws.items() if info.absent is not None)
         info, law = laws[amplitude]
         absent = float(info.absent or 0.0)
         assert effect.beat is not None  # the caller asks
         shape = {amplitude: absent, effect.beat: self.frequency, **dict(self.angles)}
         around = {
-            label: make_law("uniform", {"low": at - math.pi, "high": at + math.pi}, label)
+            label: make_prior("uniform", {"low": at - math.pi, "high": at + math.pi}, label)
             for label, at in self.angles
             if label not in given
         }
         return Candidate(
             effect, amplitude, absent, law, shape,
-            log_share=self.log_share, laws=around, chance=tuple(self.chance),
+            log_share=self.log_share, priors=around, chance=tuple(self.chance),
         )  # fmt: skip
 
 
@@ -151,7 +151,7 @@ def lines(fit: Fitted, effect: type[AbstractEffect]) -> Line | None:
     """
     local = fit.local
     assert effect.beat is not None  # the caller asks
-    laws = laws_of(effect, dict(local.hypothesis.given))
+    laws = priors_of(effect, dict(local.hypothesis.given))
     heard = _hearing(fit, effect, laws[effect.beat][1])
     if heard is None:
         return None
@@ -177,7 +177,7 @@ def lines(fit: Fitted, effect: type[AbstractEffect]) -> Line | None:
     )
 
 
-def _hearing(fit: Fitted, effect: type[AbstractEffect], law: AbstractLaw) -> Hearing | None:
+def _hearing(fit: Fitted, effect: type[AbstractEffect], law: AbstractPrior) -> Hearing | None:
     """What hears a beat whose frequency has a `law`; None where no two could be parted."""
     local = fit.local
     labels = beating([effect], local.layout.problem.tracks)
@@ -234,7 +234,7 @@ def _open(local: LocalFit, one: Heard) -> np.ndarray:
     return rows[levels[np.searchsorted(one.track.drive.switches, local.layout.time[rows])] == 1]
 
 
-def _grid(local: LocalFit, law: AbstractLaw, heard: Sequence[Heard]) -> np.ndarray:
+def _grid(local: LocalFit, law: AbstractPrior, heard: Sequence[Heard]) -> np.ndarray:
     """Frequencies [Hz] that are tried, evenly spaced; none where no line could be parted."""
     low, high = (float(law.from_standard(z)) for z in (-SPREAD, SPREAD))
     spans = [len(_open(local, one)) * one.channel.interval for one in heard]
@@ -243,7 +243,7 @@ def _grid(local: LocalFit, law: AbstractLaw, heard: Sequence[Heard]) -> np.ndarr
     return low + (top - low) / max(count, 1) * np.arange(count)
 
 
-def _log_prior(law: AbstractLaw, frequencies: np.ndarray) -> np.ndarray:
+def _log_prior(law: AbstractPrior, frequencies: np.ndarray) -> np.ndarray:
     """Log of the prior of each frequency tried, one of which it is."""
     edges = np.append(frequencies, 2.0 * frequencies[-1] - frequencies[-2])
     below = norm.cdf([standard_of(law, f) for f in edges])

@@ -69,7 +69,7 @@ def refit(fit: Fitted, found: Explained, name: str) -> Refit:
     if chord:
         (before,) = expand(Program(family, kept=base.design), [Point.beside(base, base.w)])
         before = refined(before, chord, BEFORE_STEPS)
-    extended = base.hypothesis.plus(candidate.effect, candidate.only, candidate.laws)
+    extended = base.hypothesis.plus(candidate.effect, candidate.only, candidate.priors)
     more = _beginning(found, number, extended)
     program = Program(family, kept=before.design if chord else None)
 
@@ -104,12 +104,12 @@ def _beginning(
     one = found.listed[number]
     slope = float(found.screening.slope[number])
     information = float(found.screening.information[number, number])
-    quantile = most_probable(slope, information, amplitudes(one.law, one.absent))
+    quantile = most_probable(slope, information, amplitudes(one.prior, one.absent))
     amplitude = one.absent if absent else one.departure(quantile)
     values = dict(one.shape) | {one.amplitude: amplitude}
     out = []
     for parameter in extended.brought_by(one.effect):
         value = values[parameter.label]
         # A second amplitude that the candidate leaves absent begins small, not at minus infinity.
-        out.append(float(np.clip(standard_of(parameter.law, value), -3.0, 3.0)))
+        out.append(float(np.clip(standard_of(parameter.prior, value), -3.0, 3.0)))
     return out

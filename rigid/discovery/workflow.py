@@ -17,7 +17,7 @@ from rigid.discovery.weighing.pairs import pairs
 from rigid.discovery.weighing.verdict import verdict_of
 from rigid.inference.newton import is_noise
 from rigid.io.cache import NOTHING_KEPT, Shelf
-from rigid.likelihood.priors import AbstractLaw
+from rigid.likelihood.priors import AbstractPrior
 from rigid.likelihood.problem import Problem
 from rigid.localfit.ascent import refined
 from rigid.localfit.expansion import Point, expanded
@@ -129,7 +129,7 @@ def discover(
     problem: Problem,
     best: tuple[np.ndarray, np.ndarray],
     effects: Effects,
-    given: Mapping[str, AbstractLaw],
+    given: Mapping[str, AbstractPrior],
     running: Running,
 ) -> Outcome:
     """Run the workflow.

@@ -12,7 +12,7 @@ from rigid.friction.fits import FittedModels
 from rigid.friction.models import FrictionModel, amplitude_labels
 from rigid.friction.prior_widths import AS_STATED, VARIANTS
 from rigid.io.cache import NOTHING_KEPT, Shelf
-from rigid.likelihood.priors import AbstractLaw
+from rigid.likelihood.priors import AbstractPrior
 from rigid.localfit.integral import evidence
 from rigid.localfit.leave_one_out import HeldOut, Judged, Rows, left_out, units
 from rigid.localfit.local import LocalFit
@@ -41,7 +41,7 @@ class Standing:
     - `evidence`, `probability`: log evidence, by variant of the amplitudes' priors, and share.
     """
 
-    law: FrictionModel
+    model: FrictionModel
     local: LocalFit
     left: HeldOut
     difference: np.ndarray
@@ -116,7 +116,7 @@ def compare(fitted: FittedModels, seed: int, shelf: Shelf = NOTHING_KEPT) -> Com
         told = {v: p[law.name] for v, p in chance.items()}
         standings.append(dataclasses.replace(standing, evidence=logs[law.name], probability=told))
     names = tuple(_named(layout, rows) for rows in parts)
-    verdict = verdict_of([ModelEvidence(one.law, one.evidence, one.tied) for one in standings])
+    verdict = verdict_of([ModelEvidence(one.model, one.evidence, one.tied) for one in standings])
     return Comparison(tuple(standings), verdict, names, fitted)
 
 
@@ -130,7 +130,7 @@ def next_record(found: Comparison) -> Proposal | None:
     first, second = found.first, found.tied[0]
     programs = found.fitted.programs
     return between_fits(
-        (first.local, second.local), (programs.of(first.law), programs.of(second.law))
+        (first.local, second.local), (programs.of(first.model), programs.of(second.model))
     )
 
 
@@ -167,7 +167,7 @@ def _standing(
     error = max(float(d.sum(axis=1).std()) for d in density)
     difference = left[law.name].density - left[first].density
     return Standing(
-        law=law,
+        model=law,
         local=local,
         left=left[law.name],
         difference=difference,
@@ -182,7 +182,7 @@ def _standing(
 class ModelEvidence(NamedTuple):
     """What a verdict goes by: a law, its log evidence by variant, and if it is tied."""
 
-    law: FrictionModel
+    model: FrictionModel
     evidence: Mapping[str, float]
     tied: bool
 
@@ -196,7 +196,7 @@ def verdict_of(standings: Sequence[ModelEvidence]) -> str:
     first = standings[0]
     tied = [one for one in standings[1:] if one.tied]
     needless = [
-        one.law.contains(first.law)
+        one.model.contains(first.model)
         and all(first.evidence[v] - one.evidence[v] > DECIDED for v in first.evidence)
         for one in tied
     ]
@@ -211,9 +211,9 @@ def probabilities(logs: Mapping[str, float]) -> dict[str, float]:
     return {name: float(np.exp(log - total)) for name, log in logs.items()}
 
 
-def amplitudes_of(local: LocalFit, law: FrictionModel) -> dict[str, AbstractLaw]:
+def amplitudes_of(local: LocalFit, law: FrictionModel) -> dict[str, AbstractPrior]:
     """Prior laws of a law's amplitudes, by label, where they are uncertain."""
-    known = {p.label: p.law for p in local.hypothesis.parameters}
+    known = {p.label: p.prior for p in local.hypothesis.parameters}
     labels = amplitude_labels(law, local.hypothesis.given)
     return {label: known[label] for label in labels if label in known}
 

@@ -9,7 +9,7 @@ import numpy as np
 from rigid.friction.models import BRISTLES, DRY, MEMORY, VISCOUS, FrictionModel
 from rigid.friction.starts import constant_starts, dry_starts, memory_starts, prior_starts
 from rigid.io.cache import NOTHING_KEPT, Shelf
-from rigid.likelihood.priors import AbstractLaw
+from rigid.likelihood.priors import AbstractPrior
 from rigid.likelihood.problem import Problem
 from rigid.localfit.ascent import MOST_TURNS, descended, led, settled
 from rigid.localfit.expansion import Point, Program, expand
@@ -64,7 +64,7 @@ class FittedModels:
 def fit_laws(
     problem: Problem,
     laws: tuple[FrictionModel, ...],
-    given: Mapping[str, AbstractLaw],
+    given: Mapping[str, AbstractPrior],
     seed: int,
     report: Report,
     shelf: Shelf = NOTHING_KEPT,

@@ -10,9 +10,9 @@ import dataclasses
 from collections.abc import Mapping
 
 from rigid.effects import CATALOGUE, AbstractEffect
-from rigid.likelihood.priors import AbstractLaw
+from rigid.likelihood.priors import AbstractPrior
 from rigid.likelihood.problem import Problem
-from rigid.localfit.candidates import laws_of
+from rigid.localfit.candidates import priors_of
 from rigid.localfit.families import quiet_values
 from rigid.spec import Spec
 
@@ -93,7 +93,7 @@ def laws(spec: Spec, problem: Problem) -> tuple[FrictionModel, ...]:
     none = {} if memory else still
     numbers = (*problem.parameters.sampled, *problem.parameters.known)
     bending = next(p for p in numbers if p.label == "presliding")
-    stiff = {"z_bristle": float(bending.law.from_standard(0.0)), "bristle_time": 0.0}
+    stiff = {"z_bristle": float(bending.prior.from_standard(0.0)), "bristle_time": 0.0}
     plain = stiff | {"stribeck_excess": 0.0, "v_stribeck": 1.0}
     return (
         FrictionModel(VISCOUS, False, None, still),
@@ -105,12 +105,12 @@ def laws(spec: Spec, problem: Problem) -> tuple[FrictionModel, ...]:
     )
 
 
-def amplitude_labels(law: FrictionModel, given: Mapping[str, AbstractLaw]) -> tuple[str, ...]:
+def amplitude_labels(law: FrictionModel, given: Mapping[str, AbstractPrior]) -> tuple[str, ...]:
     """Labels of the numbers that bring a law in beside viscous friction."""
     effects = [CATALOGUE[name] for name in law.effects if name != VISCOUS]
     return tuple(
         label
         for effect in effects
-        for label, (info, _) in laws_of(effect, given).items()
+        for label, (info, _) in priors_of(effect, given).items()
         if info.absent is not None
     )

@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Callable
 
 from rigid.likelihood.priors import (
-    AbstractLaw,
+    AbstractPrior,
     Lognormal,
     LogUniform,
     Normal,
@@ -16,7 +16,7 @@ SIZE, WIDTH = 3.0, 2.0
 AS_STATED = "as stated"
 
 
-def sized(law: AbstractLaw, factor: float) -> AbstractLaw:
+def sized(law: AbstractPrior, factor: float) -> AbstractPrior:
     """Return the prior of `factor` times the quantity."""
     if isinstance(law, Lognormal):
         return Lognormal(law.median * factor, law.factor)
@@ -29,7 +29,7 @@ def sized(law: AbstractLaw, factor: float) -> AbstractLaw:
     return law
 
 
-def spread(law: AbstractLaw, factor: float) -> AbstractLaw:
+def spread(law: AbstractPrior, factor: float) -> AbstractPrior:
     """Return the prior with `factor` times the width: of the logarithm, of a lognormal law.
 
     Laws between two bounds stay as they are.
@@ -41,7 +41,7 @@ def spread(law: AbstractLaw, factor: float) -> AbstractLaw:
     return law
 
 
-VARIANTS: dict[str, Callable[[AbstractLaw], AbstractLaw]] = {
+VARIANTS: dict[str, Callable[[AbstractPrior], AbstractPrior]] = {
     AS_STATED: lambda law: law,
     "3 times the size": lambda law: sized(law, SIZE),
     "a third of the size": lambda law: sized(law, 1.0 / SIZE),

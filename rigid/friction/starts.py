@@ -53,9 +53,9 @@ def memory_starts(constant: LocalFit, like: LocalFit) -> list[Point]:
     own = np.array([known.get(label, 0.0) for label in new.labels])
     branches = [i for i, p in enumerate(new.parameters) if p.base == BRANCH]
     own[branches] = SLIGHT
-    carried = sum(float(new.parameters[i].law.from_standard(SLIGHT)) for i in branches)
+    carried = sum(float(new.parameters[i].prior.from_standard(SLIGHT)) for i in branches)
     at, (mu, _) = new.labels.index("mu"), old.values(constant.w)["mu"]
-    own[at] = standard_of(new.parameters[at].law, max(mu - carried, 0.5 * mu))
+    own[at] = standard_of(new.parameters[at].prior, max(mu - carried, 0.5 * mu))
     w = np.concatenate([own, constant.w[len(old.labels) :]])
     return [Point(new, like.layout, w, constant.z_noise)]
 
@@ -63,7 +63,7 @@ def memory_starts(constant: LocalFit, like: LocalFit) -> list[Point]:
 class ModelSetting(NamedTuple):
     """A law at one setting of its own numbers: quantiles of their priors, by label."""
 
-    law: FrictionModel
+    model: FrictionModel
     numbers: Mapping[str, float]
 
 
@@ -86,7 +86,7 @@ def constant_starts(memory: LocalFit, law: FrictionModel) -> list[Point]:
     at, out = new.labels.index("mu"), []
     for share in CARRIED:
         begun = w.copy()
-        begun[at] = standard_of(new.parameters[at].law, values["mu"] + share * branches)
+        begun[at] = standard_of(new.parameters[at].prior, values["mu"] + share * branches)
         out.append(Point(new, memory.layout, begun, memory.z_noise))
     return out
 
@@ -109,16 +109,16 @@ def dry_starts(
     """
     hypotheses = {law.name: of_law(base.hypothesis, law) for law in listed}
     jobs = [ModelSetting(law, z) for law in listed for z in _settings(hypotheses[law.name], law)]
-    changes = _changes(base, family, [(hypotheses[j.law.name], j) for j in jobs])
+    changes = _changes(base, family, [(hypotheses[j.model.name], j) for j in jobs])
     solved = cho_factor(base.information)
     points: dict[str, list[tuple[float, Point]]] = {law.name: [] for law in listed}
     for job, change in zip(jobs, changes.T, strict=True):
-        hypothesis = hypotheses[job.law.name]
+        hypothesis = hypotheses[job.model.name]
         shared = base.design.T @ (base.terms.curvature * change)
         slope = change @ base.terms.score - shared @ cho_solve(solved, base.gradient)
         curvature = change @ (base.terms.curvature * change) - shared @ cho_solve(solved, shared)
-        label = amplitude_labels(job.law, hypothesis.given)[-1]
-        law = next(p.law for p in hypothesis.parameters if p.label == label)
+        label = amplitude_labels(job.model, hypothesis.given)[-1]
+        law = next(p.prior for p in hypothesis.parameters if p.label == label)
         size = float(law.from_standard(job.numbers[label]))
         best = most_probable(slope / size, curvature / size**2, amplitudes(law, 0.0))
         share = float(law.from_standard(best)) / size
@@ -128,7 +128,7 @@ def dry_starts(
         w = widened(moved, sensors, numbers.values())
         point = Point(hypothesis, base.layout, w, base.z_noise)
         prior = 0.5 * sum(z * z for z in numbers.values())
-        points[job.law.name].append((share * slope - 0.5 * share**2 * curvature - prior, point))
+        points[job.model.name].append((share * slope - 0.5 * share**2 * curvature - prior, point))
     ranked = {name: sorted(p, key=lambda one: -one[0]) for name, p in points.items()}
     return Starts({n: [p for _, p in r[: most.get(n, 1)]] for n, r in ranked.items()}, changes)
 
@@ -160,7 +160,7 @@ def _changes(
     every = dict(family.quiet) | base.hypothesis.constants() | here
     lanes = [every]
     for hypothesis, job in jobs:
-        laws = {p.label: p.law for p in _own(hypothesis)}
+        laws = {p.label: p.prior for p in _own(hypothesis)}
         own = {k: float(laws[k].from_standard(z)) for k, z in job.numbers.items()}
         lanes.append(every | dict(hypothesis.held) | own)
     values = {k: np.array([lane[k] for lane in lanes]) for k in every}

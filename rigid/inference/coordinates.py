@@ -122,7 +122,7 @@ def chart_of(problem: Problem) -> Chart:
     names, sums = list(problem.parameters.labels), []
     for total, parts in _sums(problem):
         places = np.array([problem.parameters.index(p.label) for p in parts])
-        laws = [p.law for p in parts if isinstance(p.law, Lognormal)]
+        laws = [p.prior for p in parts if isinstance(p.prior, Lognormal)]
         sums.append(
             Sum(
                 places,
@@ -153,8 +153,8 @@ def _sums(problem: Problem) -> Iterator[tuple[str, list[Parameter]]]:
             p
             for p in problem.parameters.sampled
             if part_of.get(p.label) == total
-            and isinstance(p.law, Lognormal)
-            and float(p.law.median) > 0.0
+            and isinstance(p.prior, Lognormal)
+            and float(p.prior.median) > 0.0
         ]
         if len(parts) > 1:
             yield total, parts

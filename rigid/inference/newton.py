@@ -118,7 +118,7 @@ def _of_piece(
     gain, zero = standard[at, 0] * spread.gain, standard[at, 1] * spread.zero
     m = piece.reading(swept[0])[..., 0]
     slope = piece.reading(swept[1]) * (1.0 + gain)[:, None]
-    law = piece.sheet.law(piece.sigma(values)[:, 0])
+    law = piece.sheet.noise_model(piece.sigma(values)[:, 0])
     point = law(piece.data - (1.0 + gain) * m - zero)
     own = jax.nn.one_hot(at, len(problem.sensors))
     by_gain = m[..., None] * spread.gain * own

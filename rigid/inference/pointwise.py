@@ -76,7 +76,7 @@ def _sums(
     """
     values, out = problem.parameters.values(z), []
     for piece, length in zip(problem.pieces, lengths, strict=True):
-        law = piece.sheet.law(piece.sigma(values))
+        law = piece.sheet.noise_model(piece.sigma(values))
         fault = jnp.stack([faults[piece.sensor(i)] for i in range(len(piece.tracks))])
         reading = (1.0 + fault[..., 0]) * piece.reading(predictions) + fault[..., 1]
         terms = piece.weight[..., None] * law(piece.data[..., None] - reading).value

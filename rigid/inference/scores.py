@@ -29,7 +29,7 @@ def _slopes(problem: Problem, predictions: list, sensors: dict, z: Array) -> lis
         m, sigma = piece.reading(predictions), piece.sigma(values)
         best = jnp.stack([sensors[piece.sensor(i)] for i in range(len(piece.tracks))])
         r = piece.data[..., None] - (1.0 + best[:, 0]) * m - best[:, 1]
-        out.append(piece.sheet.law(sigma)(r).slope[..., 0])
+        out.append(piece.sheet.noise_model(sigma)(r).slope[..., 0])
     return out
 
 

@@ -224,7 +224,7 @@ def _aside(problem: Problem, z: np.ndarray) -> np.ndarray:
     """Samples that do not count at z (n,)."""
     listed = problem.parameters
     placed = [*zip(listed.sampled, z, strict=True), *((p, 0.0) for p in listed.known)]
-    level = {p.label: float(p.law.from_standard(at)) for p, at in placed if p.base == "noise"}
+    level = {p.label: float(p.prior.from_standard(at)) for p, at in placed if p.base == "noise"}
     sigma = np.array([level[f"noise[{s}]"] for s in problem.sensors])
     return set_aside(readings_of(problem, sigma), residuals(problem, z))
 

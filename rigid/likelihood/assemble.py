@@ -13,7 +13,7 @@ from rigid.likelihood.effect_lookup import effects_named
 from rigid.likelihood.grouping import Grouping
 from rigid.likelihood.groups import GROUPS, PUMP_ANGLE, beating, flow_name
 from rigid.likelihood.parameters import Parameter, Parameters, collect, require_known
-from rigid.likelihood.priors import AbstractLaw, make_law
+from rigid.likelihood.priors import AbstractPrior, make_prior
 from rigid.likelihood.problem import Problem
 from rigid.likelihood.tracks import Series, Track, make_track
 from rigid.physics.sensors import UNITS
@@ -184,24 +184,24 @@ def _stated(spec: Spec, one: Parameter) -> Parameter:
     for name in (one.label, one.base):
         if name in spec.priors:
             law = spec.priors[name]
-            stated = make_law(law.law, law.arguments, f"{spec.path} [priors] {name}")
-            return dataclasses.replace(one, law=stated)
+            stated = make_prior(law.law, law.arguments, f"{spec.path} [priors] {name}")
+            return dataclasses.replace(one, prior=stated)
     return one
 
 
-def given_laws(spec: Spec) -> dict[str, AbstractLaw]:
+def given_priors(spec: Spec) -> dict[str, AbstractPrior]:
     """Priors that a spec states itself, by label."""
     made = together(
         *(
-            partial(make_law, law.law, law.arguments, f"{spec.path} [priors] {name}")
+            partial(make_prior, law.law, law.arguments, f"{spec.path} [priors] {name}")
             for name, law in spec.priors.items()
         )
     )
     return dict(zip(spec.priors, made, strict=True))
 
 
-def _described(prior: PriorDescription) -> AbstractLaw:
-    return make_law(prior.law, prior.arguments, "built-in prior")
+def _described(prior: PriorDescription) -> AbstractPrior:
+    return make_prior(prior.law, prior.arguments, "built-in prior")
 
 
 def _physical(
@@ -213,7 +213,7 @@ def _physical(
         known = {name: known[name] for name in MOTION_CONSTANTS}
     for name, constant in known.items():
         symbol, unit = RIG_SYMBOLS[name]
-        default = make_law(
+        default = make_prior(
             "normal", {"mean": constant.value, "sd": constant.sd}, f"{spec.path} [rig] {name}"
         )
         yield from _spread(spec, Parameter(name, symbol, unit, default), tracks)
@@ -226,7 +226,7 @@ def _physical(
                     yield from _spread(spec, dataclasses.replace(one, **own), tracks)
 
 
-def of_effect(info: ParameterInfo, label: str, law: AbstractLaw) -> Parameter:
+def of_effect(info: ParameterInfo, label: str, law: AbstractPrior) -> Parameter:
     """Return one number of an effect: `mu`, or of several `mu_branch[1]`."""
     number = str(1 + info.labels.index(label)) if len(info.labels) > 1 else ""
     places = (number,) if number else ()
@@ -274,7 +274,7 @@ def pump_angles(
 
 
 def of_record(
-    name: str, places: tuple[str, ...], symbol: str, unit: str, law: AbstractLaw
+    name: str, places: tuple[str, ...], symbol: str, unit: str, law: AbstractPrior
 ) -> Parameter:
     """Return a number of a record's own.
 
@@ -299,7 +299,7 @@ def _local(spec: Spec, track: Track) -> Iterator[Parameter]:
     record = next(r for r in spec.records if (r.name, r.cylinder) == (track.name, track.cylinder))
     assert record.preload is not None  # a spec states one for every release
     preload = {"mean": record.preload.value, "sd": record.preload.sd}
-    law = make_law("normal", preload, f"preload[{track.label}]")
+    law = make_prior("normal", preload, f"preload[{track.label}]")
     yield _stated(spec, of_record("preload", own, r"F_0", "N", law))
     lasts = _duration(spec, own)
     law = _release_law(record.release_time, track, bool(lasts))
@@ -309,7 +309,7 @@ def _local(spec: Spec, track: Track) -> Iterator[Parameter]:
 
 def _duration(spec: Spec, own: tuple[str, ...]) -> list[Parameter]:
     """How long the strap of a release takes to let go, where the spec has a prior for it."""
-    law = make_law("fixed", {"value": 0.0}, "release_duration")
+    law = make_prior("fixed", {"value": 0.0}, "release_duration")
     one = of_record("release_duration", own, r"d_0", "s", law)
     return [_stated(spec, one)] if spec.priors.keys() & {one.label, one.base} else []
 
@@ -323,7 +323,7 @@ def _shape_of_straps(spec: Spec, local: Iterable[Parameter]) -> list[Parameter]:
     return [_stated(spec, Parameter(name, s, "1", law)) for name, s in symbols.items()]
 
 
-def _release_law(given, track: Track, lasting: bool) -> AbstractLaw:
+def _release_law(given, track: Track, lasting: bool) -> AbstractPrior:
     """Instant of release: exact where given so, else between the samples around the onset.
 
     - `lasting`: the strap takes its time; then a fifth of the preload has gone at that instant, and
@@ -333,10 +333,10 @@ def _release_law(given, track: Track, lasting: bool) -> AbstractLaw:
     high = float(track.onset_time) + wide * track.interval
     low = float(track.onset_time) - (1.0 + wide) * track.interval
     if given is None:
-        return make_law("uniform", {"low": low, "high": high}, "release_time")
+        return make_prior("uniform", {"low": low, "high": high}, "release_time")
     if given.sd == 0.0:
-        return make_law("fixed", {"value": given.value}, "release_time")
-    return make_law(
+        return make_prior("fixed", {"value": given.value}, "release_time")
+    return make_prior(
         "truncated_normal",
         {"mean": given.value, "sd": given.sd, "low": low, "high": high},
         "release_time",
@@ -356,7 +356,7 @@ def _noise(
     for quantity, cylinder in seen:
         label = f"noise[{quantity},{cylinder}]"
         prior = {"median": spec.sensors[quantity].noise, "factor": NOISE_FACTOR}
-        law, places = make_law("lognormal", prior, label), (quantity, cylinder)
+        law, places = make_prior("lognormal", prior, label), (quantity, cylinder)
         yield _stated(spec, Parameter(
             label, r"\sigma", UNITS[quantity], law, name="noise", places=places, cylinder=cylinder
         ))  # fmt: skip

@@ -46,7 +46,7 @@ class SensorSheet:
         """Whether a sample is the interval of values that round to it, not a density."""
         return noise.coarse(self.step, self.noise)
 
-    def law(self, sigma: Array) -> Callable[[Array], Point]:
+    def noise_model(self, sigma: Array) -> Callable[[Array], Point]:
         """Log-probability of samples by their residuals, at noise levels `sigma`."""
         return noise.sample_law(sigma, self.step, self.rounded)
 

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from rigid.io.errors import InputError
-from rigid.likelihood.priors import AbstractLaw
+from rigid.likelihood.priors import AbstractPrior
 from rigid.spec.sentences import unknown
 
 Value = TypeVar("Value")
@@ -18,7 +18,7 @@ class Parameter(eqx.Module):
     """One uncertain number.
 
     - `label`: its flat name, `k_LC`, `kappa[free-run-2,A]`. - `symbol`: TeX. - `unit`: SI.
-    - `law`: its prior. - `varies`: whether it is one of several values of a number that varies by
+    - `prior`. - `varies`: whether it is one of several values of a number that varies by
       kind, cylinder or record.
     - `name`: without what it belongs to, `kappa`; left out: the label. - `places`: what stands in
       the label's brackets, in their order. - `number`: which of several of one name, of an effect.
@@ -31,7 +31,7 @@ class Parameter(eqx.Module):
     label: str = eqx.field(static=True)
     symbol: str = eqx.field(static=True)
     unit: str = eqx.field(static=True)
-    law: AbstractLaw
+    prior: AbstractPrior
     varies: bool = eqx.field(static=True, default=False)
     name: str = eqx.field(static=True, default="")
     places: tuple[str, ...] = eqx.field(static=True, default=())
@@ -83,15 +83,15 @@ class Parameters(eqx.Module):
     def values(self, z: Array) -> dict[str, Array]:
         """Map z of shape (walkers, size) to SI values of shape (walkers,) by label."""
         none = jnp.zeros(z.shape[0])
-        sampled = {p.label: p.law.from_standard(z[:, i]) for i, p in enumerate(self.sampled)}
-        return sampled | {p.label: p.law.from_standard(none) for p in self.known}
+        sampled = {p.label: p.prior.from_standard(z[:, i]) for i, p in enumerate(self.sampled)}
+        return sampled | {p.label: p.prior.from_standard(none) for p in self.known}
 
 
 def collect(parameters: Iterable[Parameter]) -> Parameters:
     """Part the parameters into those that are sampled and those that are known."""
     listed = tuple(parameters)
     return Parameters(
-        tuple(p for p in listed if not p.law.known), tuple(p for p in listed if p.law.known)
+        tuple(p for p in listed if not p.prior.known), tuple(p for p in listed if p.prior.known)
     )
 
 

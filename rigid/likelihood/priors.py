@@ -1,6 +1,6 @@
-"""Prior laws, each a map from the standard normal to its quantity.
+"""Priors, each a map from the standard normal to its quantity.
 
-A parameter whose law is `from_standard(z)` with z standard normal has that law; the sampler works
+A parameter that is `from_standard(z)` with z standard normal has that prior; the sampler works
 on z, where every prior is the same.
 """
 
@@ -21,12 +21,12 @@ SLOPE = 0.05
 
 
 def argument() -> Any:
-    """Declare an argument of a law; an array, so that programs do not depend on its value."""
+    """Declare an argument of a prior; an array, so that programs do not depend on its value."""
     return eqx.field(converter=jnp.asarray)
 
 
-class AbstractLaw(eqx.Module):
-    """A prior law; `name` is its key in a spec, its fields are the arguments there."""
+class AbstractPrior(eqx.Module):
+    """A prior; `name` is its key in a spec, its fields are the arguments there."""
 
     name: eqx.AbstractClassVar[str]
 
@@ -36,11 +36,11 @@ class AbstractLaw(eqx.Module):
 
     @property
     def known(self) -> bool:
-        """Whether the law is a single value, so that nothing is sampled."""
+        """Whether the prior is a single value, so that nothing is sampled."""
         return False
 
 
-class Lognormal(AbstractLaw):
+class Lognormal(AbstractPrior):
     """One standard deviation is a `factor` up or down from the `median`."""
 
     median: Array = argument()
@@ -48,7 +48,7 @@ class Lognormal(AbstractLaw):
     name: ClassVar[str] = "lognormal"
 
     def __check_init__(self):
-        """Refuse what is no lognormal law."""
+        """Refuse what is no lognormal prior."""
         if not (self.factor > 1.0 and self.median != 0.0):
             raise InputError("lognormal needs a factor above 1 and a median other than 0")
 
@@ -57,7 +57,7 @@ class Lognormal(AbstractLaw):
         return self.median * jnp.exp(jnp.log(self.factor) * z)
 
 
-class Normal(AbstractLaw):
+class Normal(AbstractPrior):
     """Gaussian of given `mean` and `sd`; an sd of 0 is a known value."""
 
     mean: Array = argument()
@@ -79,7 +79,7 @@ class Normal(AbstractLaw):
         return bool(self.sd == 0.0)
 
 
-class TruncatedNormal(AbstractLaw):
+class TruncatedNormal(AbstractPrior):
     """Gaussian of `mean` and `sd`, cut to between `low` and `high`."""
 
     mean: Array = argument()
@@ -100,7 +100,7 @@ class TruncatedNormal(AbstractLaw):
         return jnp.clip(value, self.low, self.high)
 
 
-class Uniform(AbstractLaw):
+class Uniform(AbstractPrior):
     """All values between `low` and `high` alike."""
 
     low: Array = argument()
@@ -117,7 +117,7 @@ class Uniform(AbstractLaw):
         return self.low + (self.high - self.low) * ndtr(z)
 
 
-class LogUniform(AbstractLaw):
+class LogUniform(AbstractPrior):
     """All orders of magnitude between `low` and `high` alike."""
 
     low: Array = argument()
@@ -134,7 +134,7 @@ class LogUniform(AbstractLaw):
         return self.low * jnp.exp(jnp.log(self.high / self.low) * ndtr(z))
 
 
-class EitherSign(AbstractLaw):
+class EitherSign(AbstractPrior):
     """A size whose sign and order of magnitude are not known; one sd is `usual`, either way.
 
     It is usual z^3, with a slope at 0 so that it can be differentiated there: a tenth of `usual`
@@ -155,7 +155,7 @@ class EitherSign(AbstractLaw):
         return self.usual * (z**3 + SLOPE * z) / (1.0 + SLOPE)
 
 
-class Fixed(AbstractLaw):
+class Fixed(AbstractPrior):
     """A known value."""
 
     value: Array = argument()
@@ -171,26 +171,26 @@ class Fixed(AbstractLaw):
         return True
 
 
-LAWS: dict[str, type[AbstractLaw]] = {
-    law.name: law
-    for law in (Lognormal, Normal, TruncatedNormal, Uniform, LogUniform, EitherSign, Fixed)
+LAWS: dict[str, type[AbstractPrior]] = {
+    prior.name: prior
+    for prior in (Lognormal, Normal, TruncatedNormal, Uniform, LogUniform, EitherSign, Fixed)
 }
 
 
-def make_law(name: str, arguments: Mapping[str, float], where: str) -> AbstractLaw:
-    """Make a law from its name and arguments; `where` heads the message when they do not fit.
+def make_prior(name: str, arguments: Mapping[str, float], where: str) -> AbstractPrior:
+    """Make a prior from its name and arguments; `where` heads the message when they do not fit.
 
-    Raises InputError for an unknown law, wrong arguments or values that make no law.
+    Raises InputError for an unknown prior, wrong arguments or values that make no prior.
     """
     if name not in LAWS:
-        raise InputError(f"{where}: unknown law '{name}'; known are {', '.join(LAWS)}")
-    law = LAWS[name]
-    wanted = [f for f in law.__dataclass_fields__ if f != "name"]
+        raise InputError(f"{where}: unknown prior '{name}'; known are {', '.join(LAWS)}")
+    prior = LAWS[name]
+    wanted = [f for f in prior.__dataclass_fields__ if f != "name"]
     if set(arguments) != set(wanted):
         given = ", ".join(arguments) or "nothing"
         raise InputError(f"{where}: {name} takes {', '.join(wanted)}; given was {given}")
     try:
         exact: dict[str, Any] = {key: float(value) for key, value in arguments.items()}
-        return law(**exact)
+        return prior(**exact)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None

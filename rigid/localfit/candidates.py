@@ -13,7 +13,7 @@ from jax.typing import ArrayLike
 from scipy.stats import norm, qmc
 
 from rigid.effects import AbstractEffect, ParameterInfo
-from rigid.likelihood.priors import AbstractLaw, Lognormal, make_law
+from rigid.likelihood.priors import AbstractPrior, Lognormal, make_prior
 from rigid.likelihood.tracks import Track
 
 EVENT = "valve-event"
@@ -32,13 +32,13 @@ class Candidate:
     """One way in which one effect could be there.
 
     - `effect`. - `amplitude`: label of the parameter that brings it in, `absent`: its value there.
-    - `law`: prior of the amplitude. - `shape`: values of the effect's other parameters, the
+    - `prior`: of the amplitude. - `shape`: values of the effect's other parameters, the
       amplitudes where they are absent or a hair beside. - `only`: the record it is confined to,
       "record,cylinder".
     - `level`: amplitude up to which the records are compared, for effects that do not grow in
       proportion; the amplitude is then counted in units of it. None: the slope at absence.
     - `log_share`: log of the share of the shape's prior that it stands for.
-    - `laws`: priors, by label, of the numbers that it brings in beside the effect's own.
+    - `priors`: by label, of the numbers that it brings in beside the effect's own.
     - `chance`: where it is the best of many settings, what its log Bayes factor comes to in
       simulated records in which it is not.
     """
@@ -46,17 +46,17 @@ class Candidate:
     effect: type[AbstractEffect]
     amplitude: str
     absent: float
-    law: AbstractLaw
+    prior: AbstractPrior
     shape: Mapping[str, float]
     only: str | None = None
     level: float | None = None
     log_share: float = 0.0
-    laws: Mapping[str, AbstractLaw] = dataclasses.field(default_factory=dict)
+    priors: Mapping[str, AbstractPrior] = dataclasses.field(default_factory=dict)
     chance: tuple[float, ...] = ()
 
     def departure(self, standard: float) -> float:
-        """Value of the amplitude at a quantile of `law`, on the standard normal scale."""
-        value = float(self.law.from_standard(standard))
+        """Value of the amplitude at a quantile of `prior`, on the standard normal scale."""
+        value = float(self.prior.from_standard(standard))
         return value if self.level is None else self.absent + value * self.level
 
 
@@ -64,7 +64,7 @@ LEVELS = (-1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5)
 """Quantiles of an amplitude's prior, on the standard normal scale, up to which records are
 compared where an effect does not grow in proportion."""
 
-BETWEEN = make_law("lognormal", {"median": 1.0, "factor": 1.7}, "units of a level")
+BETWEEN = make_prior("lognormal", {"median": 1.0, "factor": 1.7}, "units of a level")
 """Prior of an amplitude in units of its level."""
 
 
@@ -72,30 +72,30 @@ HAIR = 1e-9
 """Share of an amplitude's prior by which a slope is taken beside absence."""
 
 
-class Side(AbstractLaw):
-    """The part of a law above (`sign` 1) or below (-1) its median."""
+class Side(AbstractPrior):
+    """The part of a prior above (`sign` 1) or below (-1) its median."""
 
-    law: AbstractLaw
+    prior: AbstractPrior
     sign: float
     name: ClassVar[str] = "side"
 
     def from_standard(self, z: ArrayLike) -> Array:
         """Map to the quantiles of that half; with growing z away from the median."""
-        return self.law.from_standard(-self.sign * ndtri(0.5 * ndtr(-jnp.asarray(z))))
+        return self.prior.from_standard(-self.sign * ndtri(0.5 * ndtr(-jnp.asarray(z))))
 
 
-def _sides(law: AbstractLaw, absent: float) -> list[tuple[AbstractLaw, float]]:
+def _sides(prior: AbstractPrior, absent: float) -> list[tuple[AbstractPrior, float]]:
     """Laws of an amplitude on either side of its absence, and a value a hair beside that."""
-    hair = HAIR * float(law.from_standard(1.0) - law.from_standard(-1.0))
-    off = float(law.from_standard(0.0)) - absent
+    hair = HAIR * float(prior.from_standard(1.0) - prior.from_standard(-1.0))
+    off = float(prior.from_standard(0.0)) - absent
     if off != 0.0:
-        return [(law, absent + float(np.copysign(hair, off)))]
-    return [(Side(law, sign), absent + sign * hair) for sign in (1.0, -1.0)]
+        return [(prior, absent + float(np.copysign(hair, off)))]
+    return [(Side(prior, sign), absent + sign * hair) for sign in (1.0, -1.0)]
 
 
-def _proportional(effect: type[AbstractEffect], law: AbstractLaw) -> bool:
+def _proportional(effect: type[AbstractEffect], prior: AbstractPrior) -> bool:
     """Whether the records change in proportion to a small amplitude, as far as its prior goes."""
-    return effect.steady or bool(effect.scales) or not isinstance(law, Lognormal)
+    return effect.steady or bool(effect.scales) or not isinstance(prior, Lognormal)
 
 
 def _late(effect: type[AbstractEffect]) -> bool:
@@ -106,7 +106,7 @@ def _late(effect: type[AbstractEffect]) -> bool:
 def candidates(
     effects: Iterable[type[AbstractEffect]],
     shapes: int,
-    given: Mapping[str, AbstractLaw] | None = None,
+    given: Mapping[str, AbstractPrior] | None = None,
     seed: int = 0,
 ) -> tuple[Candidate, ...]:
     """List every amplitude of every effect, with `shapes` settings of the rest.
@@ -117,23 +117,23 @@ def candidates(
     """
     found = []
     for effect in effects:
-        laws = laws_of(effect, given or {})
-        amplitudes = [label for label, (info, _) in laws.items() if info.absent is not None]
-        free = [n for n, (info, law) in laws.items() if info.absent is None and not law.known]
+        priors = priors_of(effect, given or {})
+        amplitudes = [label for label, (info, _) in priors.items() if info.absent is not None]
+        free = [n for n, (info, prior) in priors.items() if info.absent is None and not prior.known]
         settings = even_settings(len(free), shapes if free else 1, seed)
         for label in amplitudes:
-            info, law = laws[label]
+            info, prior = priors[label]
             absent = float(info.absent or 0.0)
             for setting in settings:
-                shape = _shape(laws, dict(zip(free, setting, strict=True)))
-                if free or _proportional(effect, law):
-                    sides = _sides(law, absent) if _late(effect) else [(law, absent)]
+                shape = _shape(priors, dict(zip(free, setting, strict=True)))
+                if free or _proportional(effect, prior):
+                    sides = _sides(prior, absent) if _late(effect) else [(prior, absent)]
                     found += [
                         Candidate(effect, label, absent, side, shape | {label: beside})
                         for side, beside in sides
                     ]
                     continue
-                levels = [float(law.from_standard(z)) - absent for z in LEVELS]
+                levels = [float(prior.from_standard(z)) - absent for z in LEVELS]
                 found += [Candidate(effect, label, absent, BETWEEN, shape, level=v) for v in levels]
     return tuple(found)
 
@@ -141,25 +141,25 @@ def candidates(
 def events(
     effect: type[AbstractEffect],
     tracks: Iterable[Track],
-    given: Mapping[str, AbstractLaw] | None = None,
+    given: Mapping[str, AbstractPrior] | None = None,
 ) -> tuple[Candidate, ...]:
     """List events of the valve, one after the other through each record, as long as expected."""
-    laws = laws_of(effect, given or {})
-    amplitude = next(label for label, (info, _) in laws.items() if info.absent is not None)
-    info, law = laws[amplitude]
+    priors = priors_of(effect, given or {})
+    amplitude = next(label for label, (info, _) in priors.items() if info.absent is not None)
+    info, prior = priors[amplitude]
     found = []
     for track in tracks:
         if track.drive is None or not any(track.drive.levels):
             continue
         for begin in np.arange(0.0, int(track.samples) * track.interval - 0.2, EVENT_SPACING):
-            shape = _shape(laws, {}) | {"event_start": float(begin)}
+            shape = _shape(priors, {}) | {"event_start": float(begin)}
             absent = float(info.absent or 0.0)
-            found.append(Candidate(effect, amplitude, absent, law, shape, track.label))
+            found.append(Candidate(effect, amplitude, absent, prior, shape, track.label))
     return tuple(found)
 
 
 def onsets(
-    effect: type[AbstractEffect], top: float, given: Mapping[str, AbstractLaw] | None = None
+    effect: type[AbstractEffect], top: float, given: Mapping[str, AbstractPrior] | None = None
 ) -> tuple[Candidate, ...]:
     """List pressures at which an effect of known size may set in, from above all records down.
 
@@ -167,25 +167,25 @@ def onsets(
     there they stand close. Each of its other parameters stands at three places of its prior.
     - `top`: greatest pressure in the records [Pa].
     """
-    laws = laws_of(effect, given or {})
+    priors = priors_of(effect, given or {})
     assert effect.threshold is not None  # the caller asks
-    law = laws[effect.threshold][1]
-    amplitude = next(label for label, (info, _) in laws.items() if info.absent is not None)
-    info, size = laws[amplitude]
+    prior = priors[effect.threshold][1]
+    amplitude = next(label for label, (info, _) in priors.items() if info.absent is not None)
+    info, size = priors[amplitude]
     absent = float(info.absent or 0.0)
     places, step = [top + ABOVE], CLOSE
-    while places[-1] - step > float(law.from_standard(-3.0)):
+    while places[-1] - step > float(prior.from_standard(-3.0)):
         places.append(places[-1] - step)
         step = CLOSE if places[-1] > top - ABOVE else 1.5 * step
     found = np.array(places)
     edges = np.concatenate([[found[0] + CLOSE], 0.5 * (found[1:] + found[:-1]), [0.0]])
-    mass = -np.diff(norm.cdf([standard_of(law, edge) for edge in edges]))
+    mass = -np.diff(norm.cdf([standard_of(prior, edge) for edge in edges]))
     inside = np.flatnonzero(mass > 0.0)
     shares = np.log(mass[inside] * len(inside) / mass[inside].sum())
     level = float(size.from_standard(0.0)) - absent
-    own = [n for n in laws if n not in (amplitude, effect.threshold) and not laws[n][1].known]
+    own = [n for n in priors if n not in (amplitude, effect.threshold) and not priors[n][1].known]
     shapes = [
-        _shape(laws, dict(zip(own, at, strict=True))) for at in product(THIRDS, repeat=len(own))
+        _shape(priors, dict(zip(own, at, strict=True))) for at in product(THIRDS, repeat=len(own))
     ]
     return tuple(
         Candidate(
@@ -197,23 +197,25 @@ def onsets(
     )  # fmt: skip
 
 
-def standard_of(law: AbstractLaw, value: float) -> float:
-    """Quantile of a value under a law, on the standard normal scale."""
-    values = np.asarray(law.from_standard(GRID))
-    rising = values[-1] >= values[0]  # a lognormal law of negative values falls
+def standard_of(prior: AbstractPrior, value: float) -> float:
+    """Quantile of a value under a prior, on the standard normal scale."""
+    values = np.asarray(prior.from_standard(GRID))
+    rising = values[-1] >= values[0]  # a lognormal prior of negative values falls
     return float(
         np.interp(value, values if rising else values[::-1], GRID if rising else GRID[::-1])
     )
 
 
-def laws_of(
-    effect: type[AbstractEffect], given: Mapping[str, AbstractLaw]
-) -> dict[str, tuple[ParameterInfo, AbstractLaw]]:
+def priors_of(
+    effect: type[AbstractEffect], given: Mapping[str, AbstractPrior]
+) -> dict[str, tuple[ParameterInfo, AbstractPrior]]:
     """Each parameter of an effect by label, with its prior; one that is `given` goes before."""
     return {
         label: (
             info,
-            given.get(label) or given.get(info.name) or make_law(prior.law, prior.arguments, label),
+            given.get(label)
+            or given.get(info.name)
+            or make_prior(prior.law, prior.arguments, label),
         )
         for info in effect.parameters()
         for label, prior in zip(info.labels, info.priors, strict=True)
@@ -229,12 +231,12 @@ def even_settings(dimension: int, count: int, seed: int) -> np.ndarray:
 
 
 def _shape(
-    laws: Mapping[str, tuple[ParameterInfo, AbstractLaw]], standard: Mapping[str, float]
+    priors: Mapping[str, tuple[ParameterInfo, AbstractPrior]], standard: Mapping[str, float]
 ) -> dict[str, float]:
     """Values of all parameters of an effect; its amplitudes are absent."""
     out = {}
-    for label, (info, law) in laws.items():
+    for label, (info, prior) in priors.items():
         absent = info.absent
-        value = law.from_standard(standard.get(label, 0.0)) if absent is None else absent
+        value = prior.from_standard(standard.get(label, 0.0)) if absent is None else absent
         out[label] = float(value)
     return out

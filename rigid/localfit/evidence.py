@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import logsumexp
 
-from rigid.likelihood.priors import AbstractLaw
+from rigid.likelihood.priors import AbstractPrior
 
 STANDARD = np.linspace(-6.0, 6.0, 2401)
 """Quantiles, on the standard normal scale, over which priors of amplitudes are summed."""
@@ -19,7 +19,7 @@ STRENGTHS = np.geomspace(2.0, 30.0, 9)
 """Strengths that a hidden force may have, all as probable: their sum in squares."""
 
 
-def amplitudes(law: AbstractLaw, absent: float) -> np.ndarray:
+def amplitudes(law: AbstractPrior, absent: float) -> np.ndarray:
     """Departures of an amplitude from where it is absent, at STANDARD."""
     return np.asarray(law.from_standard(STANDARD)) - absent
 

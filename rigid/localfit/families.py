@@ -20,7 +20,7 @@ from jax import Array
 
 from rigid.effects import AbstractEffect
 from rigid.likelihood.groups import AbstractGrid, AbstractGroup, beating
-from rigid.likelihood.priors import make_law
+from rigid.likelihood.priors import make_prior
 from rigid.likelihood.problem import Problem
 from rigid.localfit.hidden_inputs import HIDDEN
 from rigid.physics.rig import acting
@@ -98,7 +98,7 @@ def quiet_values(effect: type[AbstractEffect]) -> dict[str, float]:
     out = {}
     for info in effect.parameters():
         for label, prior in zip(info.labels, info.priors, strict=True):
-            median = make_law(prior.law, prior.arguments, label).from_standard(0.0)
+            median = make_prior(prior.law, prior.arguments, label).from_standard(0.0)
             out[label] = float(median) if info.absent is None else float(info.absent)
     return out
 

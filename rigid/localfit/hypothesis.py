@@ -19,9 +19,9 @@ from rigid.effects import AbstractEffect
 from rigid.inference.newton import is_noise
 from rigid.likelihood.assemble import of_effect, pump_angles
 from rigid.likelihood.parameters import Parameter
-from rigid.likelihood.priors import AbstractLaw
+from rigid.likelihood.priors import AbstractPrior
 from rigid.likelihood.problem import Problem
-from rigid.localfit.candidates import laws_of
+from rigid.localfit.candidates import priors_of
 
 
 @dataclasses.dataclass(frozen=True)
@@ -36,14 +36,14 @@ class Hypothesis:
     problem: Problem
     added: tuple[type[AbstractEffect], ...] = ()
     only: Mapping[str, str] = dataclasses.field(default_factory=dict)
-    given: Mapping[str, AbstractLaw] = dataclasses.field(default_factory=dict)
+    given: Mapping[str, AbstractPrior] = dataclasses.field(default_factory=dict)
     held: Mapping[str, float] = dataclasses.field(default_factory=dict)
 
     def plus(
         self,
         effect: type[AbstractEffect],
         only: str | None = None,
-        given: Mapping[str, AbstractLaw] | None = None,
+        given: Mapping[str, AbstractPrior] | None = None,
     ) -> "Hypothesis":
         """Return the model with one more effect, and more priors that are given."""
         confined = dict(self.only) | ({effect.name: only} if only else {})
@@ -65,10 +65,12 @@ class Hypothesis:
         angles = pump_angles([effect], self.problem.tracks)
         own = [
             of_effect(info, label, law)
-            for label, (info, law) in laws_of(effect, self.given).items()
+            for label, (info, law) in priors_of(effect, self.given).items()
             if not law.known
         ]
-        return own + [dataclasses.replace(p, law=self.given.get(p.label, p.law)) for p in angles]
+        return own + [
+            dataclasses.replace(p, prior=self.given.get(p.label, p.prior)) for p in angles
+        ]
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
@@ -98,12 +100,12 @@ class Hypothesis:
         return out
 
     @cached_property
-    def _alike(self) -> list[tuple[np.ndarray, AbstractLaw]]:
+    def _alike(self) -> list[tuple[np.ndarray, AbstractPrior]]:
         """Parameters whose priors are of one kind, by number, and all their priors as one law."""
-        kinds: dict[type[AbstractLaw], list[int]] = {}
+        kinds: dict[type[AbstractPrior], list[int]] = {}
         for i, p in enumerate(self.parameters):
-            kinds.setdefault(type(p.law), []).append(i)
-        laws = [[self.parameters[i].law for i in members] for members in kinds.values()]
+            kinds.setdefault(type(p.prior), []).append(i)
+        laws = [[self.parameters[i].prior for i in members] for members in kinds.values()]
         together = [jax.tree.map(lambda *a: np.stack(a), *one) for one in laws]
         return [(np.array(m), law) for m, law in zip(kinds.values(), together, strict=True)]
 
@@ -114,7 +116,7 @@ class Hypothesis:
     @cached_property
     def _known(self) -> dict[str, float]:
         """SI values of what the problem knows, and 0 for each noise level."""
-        known = {p.label: float(p.law.from_standard(0.0)) for p in self.problem.parameters.known}
+        known = {p.label: float(p.prior.from_standard(0.0)) for p in self.problem.parameters.known}
         return known | {p.label: 0.0 for p in self.problem.parameters.sampled if p.base == "noise"}
 
     def own_of(self, tracks: Container[str]) -> np.ndarray:
@@ -146,12 +148,14 @@ class Hypothesis:
         """Noise level of every sensor (sensors,) [SI]."""
         laws = [p for p in self.problem.parameters.sampled if p.base == "noise"]
         placed = zip(laws, np.asarray(z_noise), strict=True)
-        level = self._known | {p.label: float(_placed(p.law, jnp.asarray(z))[0]) for p, z in placed}
+        level = self._known | {
+            p.label: float(_placed(p.prior, jnp.asarray(z))[0]) for p, z in placed
+        }
         return np.array([level[f"noise[{s}]"] for s in self.problem.sensors])
 
 
 @eqx.filter_jit
-def _placed(law: AbstractLaw, z: Array) -> tuple[Array, Array]:
+def _placed(law: AbstractPrior, z: Array) -> tuple[Array, Array]:
     """Value of a law at standard normal z, and its slope by it."""
     return jax.jvp(law.from_standard, (z,), (jnp.ones_like(z),))
 

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.special import logsumexp
 
-from rigid.likelihood.priors import AbstractLaw
+from rigid.likelihood.priors import AbstractPrior
 from rigid.localfit.candidates import standard_of
 from rigid.localfit.local import LocalFit
 
@@ -104,27 +104,27 @@ def _log_sum(height: np.ndarray) -> np.ndarray:
 class Amplitude(NamedTuple):
     """An amplitude where a law was fitted.
 
-    - `place`: its entry of w. - `value`: there; `rise`: its slope by w. - `law`: its prior, which
+    - `place`: its entry of w. - `value`: there; `rise`: its slope by w. - `prior`: which
       need not be the one that w was made with.
     """
 
     place: int
     value: float
     rise: float
-    law: AbstractLaw
+    prior: AbstractPrior
 
 
 def shape_of(
-    local: LocalFit, amplitudes: Mapping[str, AbstractLaw], curvature: np.ndarray | None = None
+    local: LocalFit, amplitudes: Mapping[str, AbstractPrior], curvature: np.ndarray | None = None
 ) -> Shape:
     """The shape of a law's evidence around its fit.
 
-    - `amplitudes`: laws of its amplitudes, by label; they may be others than it was fitted with.
+    - `amplitudes`: priors of its amplitudes, by label; they may be others than it was fitted with.
     - `curvature` (n,): minus the curvature of each sample, in place of the fit's.
     """
     values, labels = local.hypothesis.values(local.w), local.hypothesis.labels
     listed = [
-        Amplitude(labels.index(label), *values[label], law) for label, law in amplitudes.items()
+        Amplitude(labels.index(label), *values[label], prior) for label, prior in amplitudes.items()
     ]
     if curvature is None:
         return shape(local.information - np.eye(len(local.w)), local.w, listed)
@@ -138,11 +138,11 @@ def shape(information: np.ndarray, w: np.ndarray, amplitudes: Sequence[Amplitude
     centre, slope, steps = w.copy(), np.ones(len(w)), []
     for one in amplitudes:
         if one in open_[:MOST_WIDE]:
-            grid = np.asarray(one.law.from_standard(GRID))
+            grid = np.asarray(one.prior.from_standard(GRID))
             steps.append((one.place, (grid - one.value) / one.rise))
             continue
-        z = standard_of(one.law, one.value)
-        _, rise = jax.jvp(one.law.from_standard, (jnp.asarray(z),), (jnp.ones(()),))
+        z = standard_of(one.prior, one.value)
+        _, rise = jax.jvp(one.prior.from_standard, (jnp.asarray(z),), (jnp.ones(()),))
         centre[one.place], slope[one.place] = z, one.rise / float(rise)
     wide = np.array([i for i, _ in steps], dtype=int)
     grids = np.meshgrid(*[s for _, s in steps], indexing="ij")
@@ -152,7 +152,7 @@ def shape(information: np.ndarray, w: np.ndarray, amplitudes: Sequence[Amplitude
     return Shape(information, centre, slope, wide, flat, mass)
 
 
-def evidence(local: LocalFit, amplitudes: Mapping[str, AbstractLaw]) -> float:
+def evidence(local: LocalFit, amplitudes: Mapping[str, AbstractPrior]) -> float:
     """Log evidence of a law from its fit, with `amplitudes` as in `shape_of`."""
     gradient = local.design.T @ local.terms.score
     value = local.terms.value.sum() - 0.5 * local.z_noise @ local.z_noise

@@ -16,7 +16,7 @@ def interval(local: LocalFit, label: str) -> dict[str, Any]:
     sd = float(np.sqrt(local.covariance[number, number]))
     quantiles = {"median": 0.0, "q05": -Z_90 * sd, "q95": Z_90 * sd}
     values = {
-        k: float(parameter.law.from_standard(local.w[number] + shift))
+        k: float(parameter.prior.from_standard(local.w[number] + shift))
         for k, shift in quantiles.items()
     }
     if values["q05"] > values["q95"]:  # laws of negative quantities fall

@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from rigid.likelihood.correlation import autoregression
-from rigid.likelihood.priors import AbstractLaw
+from rigid.likelihood.priors import AbstractPrior
 from rigid.localfit.ascent import descended
 from rigid.localfit.expansion import Point, Program, expand
 from rigid.localfit.integral import Shape, evidence, shape_of
@@ -32,7 +32,7 @@ LEFT_ALONE = 1e-3
 """Share of the prior's information below which a number is not the records' to tell."""
 
 Rows = Bool[np.ndarray, " n"]
-Amplitudes = Mapping[str, AbstractLaw]
+Amplitudes = Mapping[str, AbstractPrior]
 
 
 @dataclasses.dataclass(frozen=True)

@@ -71,13 +71,13 @@ class LocalFit:
 @eqx.filter_jit
 def _levels(sheet: SensorSheet, residual: Array, weight: Array, sigma: Array) -> Array:
     """Log-likelihood of a channel's samples (n,) for several noise levels (levels,)."""
-    return weight @ sheet.law(sigma)(residual[:, None]).value
+    return weight @ sheet.noise_model(sigma)(residual[:, None]).value
 
 
 def fitted_noise(local: LocalFit) -> np.ndarray:
     """Most probable noise levels, on the scale of their priors (levels,), the rest held."""
     problem, layout = local.layout.problem, local.layout
-    laws = {p.label: p.law for p in problem.parameters.sampled if p.base == "noise"}
+    laws = {p.label: p.prior for p in problem.parameters.sampled if p.base == "noise"}
     total = dict.fromkeys(laws, -0.5 * NOISE_GRID**2)
     sheets = [piece.sheet for piece in problem.pieces for _ in piece.tracks]
     for number, (channel, sheet) in enumerate(zip(layout.channels, sheets, strict=True)):

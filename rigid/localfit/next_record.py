@@ -93,8 +93,8 @@ def _moved(base: LocalFit, setting: Setting) -> Float[np.ndarray, " size"] | Non
     w, found = base.w.copy(), False
     for i, parameter in enumerate(base.hypothesis.parameters):
         if parameter.base == setting.name:
-            value = float(parameter.law.from_standard(w[i])) * setting.factor
-            w[i], found = standard_of(parameter.law, value), True
+            value = float(parameter.prior.from_standard(w[i])) * setting.factor
+            w[i], found = standard_of(parameter.prior, value), True
     return w if found else None
 
 

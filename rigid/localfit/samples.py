@@ -161,7 +161,7 @@ def _terms(
     for one in stretches:
         here = residual[at : at + one.size].reshape(len(one.sensors), -1)
         at += one.size
-        law = one.sheet.law(sigma[np.array(one.sensors), None])
+        law = one.sheet.noise_model(sigma[np.array(one.sensors), None])
         point = law(here)
         parts.append((point.value.ravel(), point.slope.ravel(), -point.curvature.ravel()))
     return parts

@@ -76,7 +76,7 @@ def _way(layout: Layout, one: Candidate, steady: bool) -> Way:
     shape = tuple(one.shape.items())
     if steady or one.level is not None:
         return Way(one.amplitude, shape, one.level, kinds)
-    departures = [float(one.law.from_standard(z)) - one.absent for z in (1.0, -1.0)]
+    departures = [float(one.prior.from_standard(z)) - one.absent for z in (1.0, -1.0)]
     small = SMALL * max(departures, key=abs)  # either may be 0, where a prior is not centred
     return Way(one.amplitude, shape, small, kinds, small)
 

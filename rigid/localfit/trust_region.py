@@ -112,8 +112,8 @@ def log_factors_of(local: LocalFit) -> np.ndarray:
     amplitudes = {label for info in infos if info.absent == 0.0 for label in info.labels}
     log_factors = np.zeros(len(local.w))
     for i, p in enumerate(hypothesis.parameters):
-        if p.label in amplitudes and isinstance(p.law, Lognormal):
-            log_factors[i] = np.log(p.law.factor)
+        if p.label in amplitudes and isinstance(p.prior, Lognormal):
+            log_factors[i] = np.log(p.prior.factor)
     return log_factors
 
 

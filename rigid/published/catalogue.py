@@ -4,7 +4,7 @@ import numpy as np
 
 from rigid.effects import CATALOGUE
 from rigid.effects.declare import PriorDescription
-from rigid.likelihood.priors import AbstractLaw, make_law
+from rigid.likelihood.priors import AbstractPrior, make_prior
 from rigid.published.quantities import Effects, Response, Values, response, superposed
 from rigid.published.rod_side import RodSideChamber
 from rigid.published.story import Cause, Quantity, Story, alike, lognormal, plain, uniform
@@ -20,17 +20,17 @@ ROD_SIDE: Effects = (*FIXED_ROOT, RodSideChamber)
 
 
 def _quantity(
-    label: str, symbol: str, unit: str, known: AbstractLaw, wide: AbstractLaw
+    label: str, symbol: str, unit: str, known: AbstractPrior, wide: AbstractPrior
 ) -> Quantity:
     return Quantity(label, symbol, unit, {"catalogue": known, "indifferent": wide})
 
 
-def _mu(known: AbstractLaw, low: float, high: float) -> Quantity:
+def _mu(known: AbstractPrior, low: float, high: float) -> Quantity:
     return _quantity("mu", r"\mu", "N s/m", known, alike(low, high))
 
 
-def _law(described: PriorDescription) -> AbstractLaw:
-    return make_law(described.law, described.arguments, "catalogue")
+def _law(described: PriorDescription) -> AbstractPrior:
+    return make_prior(described.law, described.arguments, "catalogue")
 
 
 def _of_effect(name: str, ranges: tuple[tuple[float, float], ...]) -> tuple[Quantity, ...]:

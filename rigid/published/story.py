@@ -5,31 +5,31 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rigid.likelihood.priors import AbstractLaw, make_law
+from rigid.likelihood.priors import AbstractPrior, make_prior
 from rigid.published.quantities import Effects, Response, Values, response
 
 PRIOR_SETS = ("catalogue", "indifferent")
 """The two stated priors: the laws of the catalogue and of the paper; all orders alike."""
 
 
-def lognormal(median: float, factor: float) -> AbstractLaw:
+def lognormal(median: float, factor: float) -> AbstractPrior:
     """Median and factor of one standard deviation."""
-    return make_law("lognormal", {"median": median, "factor": factor}, "stories")
+    return make_prior("lognormal", {"median": median, "factor": factor}, "stories")
 
 
-def normal(mean: float, sd: float) -> AbstractLaw:
+def normal(mean: float, sd: float) -> AbstractPrior:
     """Mean and standard deviation."""
-    return make_law("normal", {"mean": mean, "sd": sd}, "stories")
+    return make_prior("normal", {"mean": mean, "sd": sd}, "stories")
 
 
-def alike(low: float, high: float) -> AbstractLaw:
+def alike(low: float, high: float) -> AbstractPrior:
     """All orders of magnitude between the two alike."""
-    return make_law("loguniform", {"low": low, "high": high}, "stories")
+    return make_prior("loguniform", {"low": low, "high": high}, "stories")
 
 
-def uniform(low: float, high: float) -> AbstractLaw:
+def uniform(low: float, high: float) -> AbstractPrior:
     """All values between the two alike."""
-    return make_law("uniform", {"low": low, "high": high}, "stories")
+    return make_prior("uniform", {"low": low, "high": high}, "stories")
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Quantity:
     label: str
     symbol: str
     unit: str
-    laws: Mapping[str, AbstractLaw]
+    laws: Mapping[str, AbstractPrior]
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ def of_the_paper(problem: Problem) -> bool:
     """Whether records are of the rig of the paper: of this machine, and with its constants."""
     listed = (*problem.parameters.sampled, *problem.parameters.known)
     centres = {
-        p.base: float(np.ravel(p.law.from_standard(np.zeros(1)))[0])
+        p.base: float(np.ravel(p.prior.from_standard(np.zeros(1)))[0])
         for p in listed
         if p.base in CONSTANTS
     }

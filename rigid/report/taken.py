@@ -25,7 +25,7 @@ def taken(
         _exact(p.label, f"{p.label} = {significant(value, p.unit, 4)}", value, p.unit)
         for p in problem.parameters.known
         if p.base != "presliding" or bristles
-        for value in (float(p.law.from_standard(0.0)),)
+        for value in (float(p.prior.from_standard(0.0)),)
     ]
     lasting = any(p.base == "release_duration" for p in problem.parameters.sampled)
     kinds = {

@@ -55,7 +55,7 @@ def against_reference(
     - `sensors`: sheets of load, stroke and pressure.
     """
     return tuple(
-        _checked(field, evidence, way.law, sensors, tolerance)
+        _checked(field, evidence, way.model, sensors, tolerance)
         for way in ways
         for field, evidence in zip(way.test.fields, way.test.evidence, strict=True)
     )

@@ -57,7 +57,7 @@ class Way(NamedTuple):
     """A test under one law: what was learned of it so, and the law with the draws to use."""
 
     test: Test
-    law: RigModel
+    model: RigModel
 
 
 def learned(
@@ -138,7 +138,7 @@ def _sources(
         seeds = [int(rng.integers(2**31)) for _ in test.fields]
         begun = (left, done[-1].later[number]) if done else None
         way, wide = batch.way, batch_of(batch.of)
-        sources.append((batch, Going(way.test, way.law, seeds, wide, keeping, begun)))
+        sources.append((batch, Going(way.test, way.model, seeds, wide, keeping, begun)))
     return sources
 
 
@@ -163,7 +163,7 @@ def blocks(ways: Sequence[Way], apart: bool = True) -> int:
 
 
 def _best(ways: Sequence[Way]) -> Way:
-    return max(ways, key=lambda way: way.law.weight)
+    return max(ways, key=lambda way: way.model.weight)
 
 
 class _Batch(NamedTuple):
@@ -188,7 +188,7 @@ def _batches(ways: Sequence[Way], apart: bool) -> Iterator[_Batch]:
     if not apart:
         return
     best = _best(ways)
-    centre, some = best.law.centre(), best.law.only(np.arange(min(PART_DRAWS, best.law.size)))
+    centre, some = best.model.centre(), best.model.only(np.arange(min(PART_DRAWS, best.model.size)))
     for part in ALONE:
         alone = centre.with_sensors_of(some) if part == "sensors" else some.with_sensors_of(centre)
         for one in _parted(alone):
@@ -286,8 +286,8 @@ class _Tallies:
         """Budgets of all places."""
         batches = [batch for batch, _ in sources]
         whole = [b for b in batches if not b.part]
-        weight = np.repeat([b.weight for b in whole], [b.way.law.size for b in whole])
-        laws = np.repeat([b.law for b in whole], [b.way.law.size for b in whole])
+        weight = np.repeat([b.weight for b in whole], [b.way.model.size for b in whole])
+        laws = np.repeat([b.law for b in whole], [b.way.model.size for b in whole])
         out: list[Line] = []
         for place in dict.fromkeys(key[0] for key in self.tallies):
             rows: dict[str, list[np.ndarray]] = {}

@@ -5,16 +5,16 @@ from rigid.spec.published import Printed, PublishedSpec
 from rigid.spec.read import find_spec, load_spec, parse_spec
 from rigid.spec.record import ChannelSpec, DefectName, RecordSpec, Stretch
 from rigid.spec.sheets import SensorSpec
-from rigid.spec.values import BandsSpec, LawSpec, ModelSpec, RigSpec, SamplerSpec, Spec
+from rigid.spec.values import BandsSpec, ModelSpec, PriorSpec, RigSpec, SamplerSpec, Spec
 
 __all__ = [
     "BandsSpec",
     "ChannelSpec",
     "DefectName",
     "Known",
-    "LawSpec",
     "ModelSpec",
     "Printed",
+    "PriorSpec",
     "PublishedSpec",
     "RecordSpec",
     "RigSpec",

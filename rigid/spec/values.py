@@ -133,7 +133,7 @@ def _as_written(schema: dict[str, Any]) -> None:
     schema |= {"additionalProperties": arguments, "minProperties": 1, "maxProperties": 1}
 
 
-class LawSpec(Value):
+class PriorSpec(Value):
     """A prior law by name with its arguments."""
 
     law: str
@@ -145,7 +145,7 @@ class LawSpec(Value):
     @classmethod
     def one_law(cls, given: Any) -> Any:
         """Read `{ lognormal = { median = 6e7, factor = 2.0 } }` or `{ fixed = 700e5 }`."""
-        if isinstance(given, LawSpec) or (isinstance(given, Mapping) and "law" in given):
+        if isinstance(given, PriorSpec) or (isinstance(given, Mapping) and "law" in given):
             return given
         if not isinstance(given, Mapping) or len(given) != 1:
             raise ValueError(
@@ -243,7 +243,7 @@ class SpecBody(Value):
     simulated: Flag = False
     rig: RigSpec = RigSpec()
     model: ModelSpec = ModelSpec()
-    priors: Mapping[str, LawSpec] = {}
+    priors: Mapping[str, PriorSpec] = {}
     sensors: SensorsSpec = SensorsSpec()
     channels: Mapping[str, Mapping[Quantity, ChannelSpec]] = Field(default={}, exclude=True)
     records: tuple[RecordSpec, ...] = ()

@@ -128,14 +128,14 @@ def _record(one: Record) -> dict[str, Any]:
 def _parameters(problem: Problem) -> list[dict[str, Any]]:
     """Every number of the model with its prior; those that are exact have one value."""
     listed = problem.parameters
-    return [_prior(p, p.law.name) for p in listed.sampled] + [
+    return [_prior(p, p.prior.name) for p in listed.sampled] + [
         _prior(p, "exact") for p in listed.known
     ]
 
 
 def _prior(p: Parameter, prior: str) -> dict[str, Any]:
     ends = np.array([-NORMAL_Q95, 0.0, NORMAL_Q95])
-    low, middle, high = sorted(float(v) for v in np.broadcast_to(p.law.from_standard(ends), (3,)))
+    low, middle, high = sorted(float(v) for v in np.broadcast_to(p.prior.from_standard(ends), (3,)))
     figures = {"q05": finite(low), "median": finite(middle), "q95": finite(high)}
     return {"name": p.label, "unit": p.unit, "symbol": p.symbol, "prior": prior, **figures}
 

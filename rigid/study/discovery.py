@@ -17,7 +17,7 @@ from rigid.inference.search import Best, best_of_few
 from rigid.io.cache import Shelf
 from rigid.io.cli import Options, progress, reach, say
 from rigid.io.files import json_text, write_text
-from rigid.likelihood.assemble import given_laws
+from rigid.likelihood.assemble import given_priors
 from rigid.likelihood.effect_lookup import effects_named, marks
 from rigid.likelihood.problem import Problem
 from rigid.localfit.reference_check import against_reference
@@ -187,7 +187,7 @@ def answer(
     found = shelf.once("discovery-search", lambda: _best(asked, seed, options), (Best,))
     running = Running(seed, lambda text: say(options, text), shelf)
     best = found.z, found.standard
-    outcome = work(asked.problem, best, asked.effects, given_laws(spec), running)
+    outcome = work(asked.problem, best, asked.effects, given_priors(spec), running)
     shelf.clear(KEPT)  # tens of megabytes that only a run under way needs
     return Discovery(asked, outcome, seed, _agreement(found), opened, options.out)
 

@@ -14,7 +14,7 @@ from rigid.inference.reference_check import SolverCheck
 from rigid.io.cache import Shelf
 from rigid.io.cli import Options, say
 from rigid.io.files import json_text, write_text
-from rigid.likelihood.assemble import given_laws
+from rigid.likelihood.assemble import given_priors
 from rigid.likelihood.effect_lookup import marks
 from rigid.likelihood.problem import Problem
 from rigid.localfit.reference_check import against_reference
@@ -88,7 +88,12 @@ def compare_laws(
     mark = fingerprint(spec, records, seed) | marks(problem.effects)
     shelf = Shelf(None if options.out is None else options.out / KEPT, mark, options.resume)
     fitted = fit_laws(
-        problem, laws(spec, problem), given_laws(spec), seed, lambda text: say(options, text), shelf
+        problem,
+        laws(spec, problem),
+        given_priors(spec),
+        seed,
+        lambda text: say(options, text),
+        shelf,
     )
     say(options, "comparing")
     return Laws(spec, records, compare(fitted, seed, shelf), seed)

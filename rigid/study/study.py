@@ -21,7 +21,7 @@ from rigid.io.cli import Options, say
 from rigid.io.errors import InputError, together
 from rigid.io.files import locked
 from rigid.io.provenance import running
-from rigid.likelihood.assemble import assemble, chosen_effects, given_laws
+from rigid.likelihood.assemble import assemble, chosen_effects, given_priors
 from rigid.likelihood.problem import Problem
 from rigid.records.read import read_records
 from rigid.records.record import Record
@@ -60,7 +60,7 @@ class Study:
         Raises InputError where a file is not what the spec says; effects and laws that are not
         known are told along with it.
         """
-        model = (partial(chosen_effects, self.spec), partial(given_laws, self.spec))
+        model = (partial(chosen_effects, self.spec), partial(given_priors, self.spec))
         return together(*model, partial(read_records, self.spec))[-1]
 
     @cached_property

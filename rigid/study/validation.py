@@ -155,6 +155,6 @@ def around_of(base: Base, path: Path) -> dict[str, tuple[float, float]]:
             raise InputError(
                 f"{path}: has no {parameter.label}; --from takes the posterior of this very spec"
             )
-        z = standard(parameter.law, values[parameter.label])
+        z = standard(parameter.prior, values[parameter.label])
         out[parameter.label] = (float(np.mean(z)), float(min(1.0, AROUND * np.std(z))))
     return out

@@ -36,7 +36,7 @@ def _with_half_the_noise(problem: Problem, z: np.ndarray) -> Problem:
     parameters = problem.parameters
     level = parameters.values(jnp.asarray(z[None]))
     known = tuple(
-        dataclasses.replace(p, law=Normal(0.5 * level[p.label][0], jnp.asarray(0.0)))
+        dataclasses.replace(p, prior=Normal(0.5 * level[p.label][0], jnp.asarray(0.0)))
         for p in parameters.sampled
         if p.base == "noise"
     )

@@ -20,7 +20,7 @@ from rigid.io.errors import InputError
 from rigid.likelihood.assemble import assemble
 from rigid.likelihood.channels import SensorSheet
 from rigid.likelihood.parameters import Parameters
-from rigid.likelihood.priors import AbstractLaw, Lognormal, Normal
+from rigid.likelihood.priors import AbstractPrior, Lognormal, Normal
 from rigid.likelihood.problem import Problem, in_batches, predict
 from rigid.likelihood.tracks import Track
 from rigid.records.converter import without_ends
@@ -85,14 +85,14 @@ def moved(problem: Problem, around: Mapping[str, tuple[float, float]]) -> Proble
     if not around:
         return problem
     sampled = tuple(
-        dataclasses.replace(p, law=_moved(p.law, *around[p.label])) if p.label in around else p
+        dataclasses.replace(p, prior=_moved(p.prior, *around[p.label])) if p.label in around else p
         for p in problem.parameters.sampled
     )
     parameters = Parameters(sampled, problem.parameters.known)
     return eqx.tree_at(lambda q: q.parameters, problem, parameters)
 
 
-def _moved(law: AbstractLaw, centre: float, width: float) -> AbstractLaw:
+def _moved(law: AbstractPrior, centre: float, width: float) -> AbstractPrior:
     if isinstance(law, Lognormal):
         return Lognormal(law.median * law.factor**centre, law.factor**width)
     if isinstance(law, Normal):
@@ -293,11 +293,11 @@ def restated(old: Problem, new: Problem, z: np.ndarray) -> np.ndarray:
     for i, one in enumerate(new.parameters.sampled):
         value = float(mine[one.label][0])
         if not np.isclose(value, float(theirs[one.label][0]), rtol=1e-12, atol=0.0):
-            out[i] = standard(one.law, np.array([value]))[0]
+            out[i] = standard(one.prior, np.array([value]))[0]
     return out
 
 
-def standard(law: AbstractLaw, values: np.ndarray) -> np.ndarray:
+def standard(law: AbstractPrior, values: np.ndarray) -> np.ndarray:
     """Standard normal (n,) that a law maps to values (n,)."""
     table = np.asarray(law.from_standard(jnp.asarray(GRID)))
     order = np.argsort(table, kind="stable")

@@ -160,7 +160,7 @@ def standard(problem, known: dict[str, float]):
     grid = np.linspace(-6.0, 6.0, 2401)  # far finer than a posterior's width, which is all it takes
     z = []
     for parameter in problem.parameters.sampled:
-        values = np.asarray(parameter.law.from_standard(grid))
+        values = np.asarray(parameter.prior.from_standard(grid))
         order = np.argsort(values)
         z.append(np.interp(known.get(parameter.label, values[1200]), values[order], grid[order]))
     return np.array(z)
@@ -237,7 +237,7 @@ def halved(found):
     parameters, best = problem.parameters, found.optima[0].z
     level = parameters.values(jnp.asarray(best[None]))
     known = tuple(
-        dataclasses.replace(p, law=Normal(0.5 * level[p.label][0], jnp.asarray(0.0)))
+        dataclasses.replace(p, prior=Normal(0.5 * level[p.label][0], jnp.asarray(0.0)))
         for p in parameters.sampled
         if p.base == "noise"
     )

@@ -101,7 +101,7 @@ def drawn(local: LocalFit, rng: np.random.Generator) -> dict[str, np.ndarray]:
     root = np.linalg.cholesky(local.covariance[:count, :count])
     z = local.w[:count] + rng.standard_normal((DRAWS, count)) @ root.T
     return {
-        p.label: np.asarray(p.law.from_standard(z[:, i]))
+        p.label: np.asarray(p.prior.from_standard(z[:, i]))
         for i, p in enumerate(local.hypothesis.parameters)
     }
 

@@ -141,7 +141,9 @@ def of_emcee(path: Path, problem) -> dict:
 
     drawn = load_posterior(path)["posterior"].dataset
     values = {p.label: one_of(drawn, p) for p in problem.parameters.sampled}
-    known = {p.label: float(p.law.from_standard(np.zeros(1))[0]) for p in problem.parameters.known}
+    known = {
+        p.label: float(p.prior.from_standard(np.zeros(1))[0]) for p in problem.parameters.known
+    }
     count = len(next(iter(values.values())))
     return values | {k: np.full(count, v) for k, v in known.items()}
 

@@ -68,7 +68,7 @@ class Shift(AbstractHidden):
         """
         local, mean, covariance = found.local, found.mean, found.covariance
         at = local.hypothesis.labels.index(self.kind)
-        law, z = local.hypothesis.parameters[at].law, local.w[at]
+        law, z = local.hypothesis.parameters[at].prior, local.w[at]
         kinds = tuple(local.layout.kinds[int(number)] for number in found.own.centre)
         own = np.diag(covariance)
         first = int(np.argmin(own))

@@ -134,7 +134,7 @@ def explain(
     seed: int,
 ) -> Explained:
     """Weigh all candidates and bumps; their signatures are screened in that order."""
-    departures = [amplitudes(one.law, one.absent) for one in listed]
+    departures = [amplitudes(one.prior, one.absent) for one in listed]
     count = len(listed)
     diagonal = np.diag(screening.information)
     candidate = np.array(
@@ -224,10 +224,10 @@ def curves_of_all(
     out = np.empty((len(listed), len(strengths)))
     alike: dict[tuple, list[int]] = {}
     for i, one in enumerate(listed):
-        alike.setdefault((id(one.law), one.absent), []).append(i)
+        alike.setdefault((id(one.prior), one.absent), []).append(i)
     for members in alike.values():
         one = listed[members[0]]
-        departures = amplitudes(one.law, one.absent)
+        departures = amplitudes(one.prior, one.absent)
         out[members] = curves_of(departures, sizes[members], strengths)
     return out + np.array([one.log_share for one in listed])[:, None]
 

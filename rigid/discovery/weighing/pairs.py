@@ -88,7 +88,7 @@ def _with(
     """Log Bayes factor of a candidate together with each of some others (m,)."""
     slope, information = found.screening.slope, found.screening.information
     size, reach = scale
-    a = amplitudes(found.listed[first].law, found.listed[first].absent)
+    a = amplitudes(found.listed[first].prior, found.listed[first].absent)
     alone = slope[first] * a - 0.5 * information[first, first] * a**2 + LOG_MASS
     alone = alone + found.listed[first].log_share
     left = (slope[others] - np.outer(a, information[first, others])) / size

@@ -169,7 +169,9 @@ def groups(done: Calibrated, table: Sequence[ParameterRow]) -> dict[str, xr.Data
     posterior = with_friction(dataset(sampled, described, coords), done.kept_frictions, shape)
     kept = done.draws.thinned(KEPT_STEPS).log_prob
     density = np.swapaxes(kept, 1, 2).reshape(shape)
-    known = {p.label: float(p.law.from_standard(np.zeros(1))[0]) for p in problem.parameters.known}
+    known = {
+        p.label: float(p.prior.from_standard(np.zeros(1))[0]) for p in problem.parameters.known
+    }
     return {
         "posterior": posterior,
         "prior": _prior(done),

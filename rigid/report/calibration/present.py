@@ -193,7 +193,7 @@ def parameter_rows(done: Calibrated, found: Result) -> tuple[page.ParameterRow, 
     for i, p in enumerate(done.problem.parameters.sampled):
         s = figures[p.label]
         low, middle, high = sorted(
-            float(v) for v in p.law.from_standard(np.array([-1.6449, 0.0, 1.6449]))
+            float(v) for v in p.prior.from_standard(np.array([-1.6449, 0.0, 1.6449]))
         )
         out.append(page.ParameterRow(
             name=p.label, symbol=p.numbered_symbol, unit=_unit(p), prior_median=middle,

@@ -139,7 +139,7 @@ def traces(done: Calibrated) -> tuple[shown.Trace, ...]:
     ][:6]
     for i in chosen:
         p = done.problem.parameters.sampled[i]
-        means = np.asarray(p.law.from_standard(z[..., i])).mean(axis=2)
+        means = np.asarray(p.prior.from_standard(z[..., i])).mean(axis=2)
         rank = z[..., i].ravel().argsort().argsort().reshape(ensembles, -1)
         edges = np.linspace(0, rank.size, RANK_BINS + 1)
         ranks = np.stack([np.histogram(r, edges)[0] for r in rank])

@@ -11,9 +11,9 @@ import numpy as np
 from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained
 from rigid.discovery.workflow import LIKELY, Judged, Outcome, Step
 from rigid.io.files import finite
-from rigid.likelihood.assemble import given_laws
+from rigid.likelihood.assemble import given_priors
 from rigid.likelihood.effect_lookup import effects_named, name_in_specs
-from rigid.likelihood.priors import AbstractLaw
+from rigid.likelihood.priors import AbstractPrior
 from rigid.localfit.hypothesis import Hypothesis
 from rigid.localfit.intervals import interval
 from rigid.localfit.leave_one_out import gap
@@ -154,7 +154,7 @@ def _why(found: Explained, name: str, step: Step | None) -> str:
     number = found.best_of(name)
     strength = float(found.screening.strength[number])
     one = found.listed[number]
-    sides = np.sign(np.asarray(one.law.from_standard(np.array([-3.0, 3.0]))) - one.absent)
+    sides = np.sign(np.asarray(one.prior.from_standard(np.array([-3.0, 3.0]))) - one.absent)
     if abs(strength) > 3.0 and np.all(sides == -np.sign(strength)):
         return f"the records ask for a sign that physics forbids (strength {strength:+.1f})"
     if found.effects[name] < RULED_OUT:
@@ -190,11 +190,11 @@ def extended_spec(spec: Spec, outcome: Outcome, folder: Path) -> str:
         pairs = ", ".join(f'{k} = "{v}"' for k, v in {**spec.model.only, **only}.items())
         text = re.sub(r"(?m)^only\s*=.*\n", "", text)
         text = text.replace(effects, f"{effects}\nonly = {{ {pairs} }}", 1)
-    laws = {k: v for k, v in outcome.final.hypothesis.given.items() if k not in given_laws(spec)}
+    laws = {k: v for k, v in outcome.final.hypothesis.given.items() if k not in given_priors(spec)}
     return _with_files(with_laws(text, laws), spec, folder)
 
 
-def with_laws(text: str, laws: Mapping[str, AbstractLaw]) -> str:
+def with_laws(text: str, laws: Mapping[str, AbstractPrior]) -> str:
     """Put priors of what was added into a spec, by label."""
     if not laws:
         return text

@@ -39,9 +39,9 @@ def as_dict(
         "usable": all(one["ok"] for one in listed),
         "checks": listed,
         "verdict": found.verdict,
-        "law": found.first.law.name if found.verdict != CANNOT_TELL else None,
-        "first": found.first.law.name,
-        "tied": [one.law.name for one in found.tied],
+        "law": found.first.model.name if found.verdict != CANNOT_TELL else None,
+        "first": found.first.model.name,
+        "tied": [one.model.name for one in found.tied],
         "next_record": None
         if further is None
         else {"record": further.words, "apart": finite(further.apart)},
@@ -64,9 +64,9 @@ def checks(found: Comparison, solver: SolverCheck | None) -> list[dict[str, Any]
 def _law(one: Standing, found: Comparison) -> dict[str, Any]:
     first = found.first
     return {
-        "law": one.law.name,
-        "words": one.law.words,
-        "effects": list(one.law.effects),
+        "law": one.model.name,
+        "words": one.model.words,
+        "effects": list(one.model.effects),
         "log_evidence": finite(one.evidence[AS_STATED] - first.evidence[AS_STATED]),
         "log_evidence_error": finite(one.odds_error),
         "log_evidence_laplace": finite(one.local.log_evidence - first.local.log_evidence),
@@ -103,7 +103,7 @@ def own_labels(one: Standing) -> list[str]:
     """Labels of a law's uncertain numbers of friction, the viscous coefficient's among them."""
     names = {
         label
-        for name in one.law.effects
+        for name in one.model.effects
         for info in CATALOGUE[name].parameters()
         for label in info.labels
     }
