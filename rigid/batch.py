@@ -3,7 +3,8 @@
 import sys
 from pathlib import Path
 
-from rigid.io.cli import Options, Takes, answer, run
+from rigid.io.cli import Options, Takes, run
+from rigid.study.command import tell
 
 SAYS = "Fit every spec of a folder; one page over all: quantities with uncertainty, what drifts."
 TAKES = Takes("a folder of specs (*.toml)", workers=True)
@@ -22,9 +23,7 @@ def batch(options: Options) -> int:
     from rigid.study.season import season
 
     folder = Path(options.spec)
-    found = season(folder).fit(options)
-    printed = found.json() if options.as_json else found.table()
-    return answer(options, options.folder(folder), printed, found.usable)
+    return tell(options, options.folder(folder), season(folder).fit(options))
 
 
 if __name__ == "__main__":

@@ -3,7 +3,8 @@
 import sys
 from pathlib import Path
 
-from rigid.io.cli import Options, Takes, answer, run
+from rigid.io.cli import Options, Takes, run
+from rigid.study.command import tell
 
 SAYS = "Set runs side by side: what moved, which records disagree, what differs."
 TAKES = Takes(
@@ -24,8 +25,7 @@ def compare_runs(options: Options) -> int:
     found = compare(options.runs)
     folder = options.folder(Path("compare"))
     found.write(folder)
-    printed = found.json() if options.as_json else found.table()
-    return answer(options, folder, printed, found.usable, map(vars, found.checks))
+    return tell(options, folder, found)
 
 
 if __name__ == "__main__":

@@ -1,8 +1,9 @@
-"""`python -m rigid.laws SPEC`: which law of friction the records speak for."""
+"""`python -m rigid.laws SPEC`: which friction model the records speak for."""
 
 import sys
 
-from rigid.io.cli import Options, answer, run
+from rigid.io.cli import Options, run
+from rigid.study.command import ask
 
 SAYS = "Compare laws of friction on the records: evidence, left-out records, and what parts them."
 
@@ -13,21 +14,8 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def compare_laws(options: Options) -> int:
-    """Run the comparison and write its files; returns 0, or 1 if no law explains the records."""
-    from rigid.spec.opening import open_spec
-
-    spec = open_spec(options)
-
-    from rigid.io.runtime import prepare
-
-    prepare()
-    from rigid.report.taken import lines
-    from rigid.study.study import Study
-
-    folder = options.folder(spec.path)
-    found = Study(spec).laws(folder, seed=options.seed, resume=options.resume, quiet=options.quiet)
-    printed, checks = found.json() if options.as_json else found.table(), found.result["checks"]
-    return answer(options, folder, printed, found.usable, checks, lines(found.result))
+    """Run the comparison and write its files; returns 0, or 1 if no model explains the records."""
+    return ask(options, lambda study, out, **how: study.laws(out, **how))
 
 
 if __name__ == "__main__":

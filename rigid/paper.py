@@ -2,7 +2,8 @@
 
 import sys
 
-from rigid.io.cli import Options, Takes, answer, run, say
+from rigid.io.cli import Options, Takes, run, say
+from rigid.study.command import tell
 
 SAYS = "Compute the paper again: equations (2) to (23), every printed number, and its figures."
 NO_FIT = "no-fit"
@@ -31,8 +32,7 @@ def paper(options: Options) -> int:
     )
     folder = options.folder(found.spec.path)
     found.write(folder)
-    printed = found.json() if options.as_json else found.table()
-    return answer(options, folder, printed, found.usable, found.checks)
+    return tell(options, folder, found)
 
 
 if __name__ == "__main__":

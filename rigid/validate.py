@@ -3,8 +3,14 @@
 import argparse
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from rigid.io.cli import Options, Takes, answer, run
+from rigid.io.cli import Options, Takes, run
+from rigid.study.command import ask
+
+if TYPE_CHECKING:
+    from rigid.study.result import CommandResult
+    from rigid.study.study import Study
 
 SAYS = "Draw campaigns from a spec, fit them, and test what the posteriors say of the truths."
 WAYS = ("noise-halved", "rounding-ignored", "colour-ignored", "record-twice")
@@ -56,31 +62,17 @@ def _count(text: str) -> int:
 
 def validate(options: Options) -> int:
     """Run the replicates and write all files; returns 0, or 1 if the posteriors are not sound."""
-    from rigid.spec.opening import open_spec
 
-    spec = open_spec(options)
+    def validated(study: "Study", out: Path, **how: Any) -> "CommandResult":
+        from rigid.study.validation import Replicates
 
-    from rigid.io.runtime import prepare
+        own = options.own
+        asked = Replicates(
+            own["replicates"], own["full"], own["posterior"], own["misfit"], own["broken"]
+        )
+        return study.validate(asked, out, workers=options.workers, **how)
 
-    prepare()
-    from rigid.study.study import Study
-    from rigid.study.validation import Replicates
-
-    own, folder = options.own, options.folder(spec.path)
-    asked = Replicates(
-        own["replicates"], own["full"], own["posterior"], own["misfit"], own["broken"]
-    )
-    found = Study(spec).validate(
-        asked,
-        folder,
-        seed=options.seed,
-        resume=options.resume,
-        quiet=options.quiet,
-        workers=options.workers,
-    )
-    printed = found.json() if options.as_json else found.table()
-    checks = () if found.usable else map(vars, found.verdict.checks)
-    return answer(options, folder, printed, found.usable, checks)
+    return ask(options, validated)
 
 
 if __name__ == "__main__":

@@ -665,7 +665,7 @@ def test_an_interrupted_run_goes_on_and_ends_the_same(done, monkeypatch):
     again = done.folder / "again"
     options = Options(str(done.folder / "field.toml"), again, None, False, True, False)
     with monkeypatch.context() as patch:
-        patch.setattr("rigid.report.bands.output.write_json", stop)
+        patch.setattr("rigid.study.bands.content", stop)
         with pytest.raises(KeyboardInterrupt):
             bands(options)
     monkeypatch.setattr("rigid.smoothing.run.learned", stop)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rigid.fit import fit_published
+from rigid.fit import fit
 from rigid.inference.posterior import load_posterior
 from rigid.io.cli import Options
 from rigid.io.errors import InputError
@@ -35,7 +35,7 @@ def made(tmp_path_factory):
         patch.setattr(run, "STORIES", kept)
         patch.setattr("rigid.report.published.output.STORIES", kept)
         options = Options("paper", folder, 3, resume=False, quiet=True, as_json=False)
-        return folder, fit_published(SPEC, options)
+        return folder, fit(options)
 
 
 @pytest.mark.slow
@@ -91,7 +91,7 @@ def test_a_spec_with_records_and_published_numbers_is_refused(tmp_path):
     file.write_text(text, "utf-8")
     options = Options(str(file), tmp_path / "out", 1, resume=False, quiet=True, as_json=False)
     with pytest.raises(InputError, match="one or the other"):
-        fit_published(load_spec(file), options)
+        fit(options)
     assert not (tmp_path / "out").exists()
 
 

@@ -7,7 +7,7 @@ import shlex
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from types import FrameType
@@ -161,29 +161,6 @@ def say(options: Options, line: str) -> None:
         sys.stderr.flush()
 
 
-def answer(
-    options: Options,
-    folder: Path,
-    printed: str,
-    usable: bool,
-    checks: Iterable[Mapping[str, Any]] = (),
-    notes: Iterable[str] = (),
-) -> int:
-    """Print a result, and where its report lies; returns the command's status, 1 if not `usable`.
-
-    - `printed`: to standard output, all else to standard error. - `checks`: with `name`, `ok` and
-      `says`; those that failed are told, even where the command is to be quiet.
-    """
-    sys.stdout.write(printed)
-    for check in checks:
-        if not check["ok"]:
-            sys.stderr.write(f"{check['name']}: {check['says']}\n")
-    for line in notes:
-        say(options, line)
-    say(options, f"report: {folder / 'index.html'}")
-    return 0 if usable else 1
-
-
 def progress(options: Options, title: str, total: int | None, unit: str = "it") -> "tqdm":
     """Return a progress bar on standard error, or in a notebook; none where it is to be quiet."""
     from tqdm.auto import tqdm
@@ -291,7 +268,6 @@ __all__ = [
     "Interrupted",
     "Options",
     "Takes",
-    "answer",
     "parse",
     "progress",
     "reach",

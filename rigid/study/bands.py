@@ -1,5 +1,6 @@
 """Bands of a study's field records: as files of a whole run, and as a data set of one record."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -14,6 +15,7 @@ from rigid.inference.posterior import save_posterior
 from rigid.io.cache import NOTHING_KEPT, Shelf
 from rigid.io.cli import Options, progress, reach, say
 from rigid.io.errors import InputError
+from rigid.io.files import plain, write_text
 from rigid.report.bands import output
 from rigid.report.bands.present import content, finished
 from rigid.report.bands.section import KIND
@@ -29,6 +31,7 @@ from rigid.smoothing.model import QUANTITIES
 from rigid.smoothing.reference_check import against_reference
 from rigid.smoothing.smoother import Keeping
 from rigid.spec import BandsSpec, Spec
+from rigid.study.result import CommandResult
 
 KEPT = "bands/unfinished"
 """Folder of what is known of each test, until the run is done."""
@@ -62,12 +65,16 @@ class Smoothing:
 
 
 @dataclass(frozen=True, eq=False)
-class Written:
-    """A run whose files are written: `result` is bands.json, `text` as it stands there."""
+class Written(CommandResult):
+    """A run whose files are written: its tests, and all of bands.json."""
 
     tests: tuple[Finished, ...]
-    result: dict[str, Any]
-    text: str
+    result: Mapping[str, Any]
+
+    def table(self) -> str:
+        """What the command prints."""
+        note = "simulated data\n" if self.result["simulated"] else ""
+        return note + output.table(self.tests)
 
 
 def smoothing(spec: Spec, seed: int) -> Smoothing:
@@ -89,14 +96,15 @@ def write_all(asked: Smoothing, folder: Path, options: Options) -> Written:
     if not options.resume:
         rmtree(folder / KEPT, ignore_errors=True)
         take_down(folder, KIND.name)
-    found = tuple(_written(asked, test, folder, options) for test in asked.tests)
+    tests = tuple(_written(asked, test, folder, options) for test in asked.tests)
     spec = asked.spec
-    made = output.as_dict(spec.path.stem, spec.simulated, asked.seed, found, asked.laws)
-    text = output.write_json(folder / "bands" / "bands.json", made)
-    this = content(spec, made, list(found), sum(law.size for law in asked.laws))
+    made = output.as_dict(spec.path.stem, spec.simulated, asked.seed, tests, asked.laws)
+    found = Written(tests, plain(made))
+    write_text(folder / "bands" / "bands.json", found.json())
+    this = content(spec, made, list(tests), sum(law.size for law in asked.laws))
     write_report(KIND, this, folder)
     rmtree(folder / KEPT, ignore_errors=True)
-    return Written(found, made, text)
+    return found
 
 
 def _written(asked: Smoothing, fields: Fields, folder: Path, options: Options) -> Finished:

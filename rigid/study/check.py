@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from rigid.io.files import finite, json_text
+from rigid.io.files import finite
 from rigid.likelihood.parameters import Parameter
 from rigid.likelihood.problem import Problem, walkers
 from rigid.physics.sensors import UNITS
 from rigid.records.record import Record
 from rigid.smoothing.field import read_fields
 from rigid.spec import Spec
+from rigid.study.result import CommandResult
 
 SCHEMA = 1
 BYTES = 8
@@ -24,7 +25,7 @@ NORMAL_Q95 = 1.6448536269514722
 
 
 @dataclass(frozen=True, eq=False)
-class Checked:
+class Checked(CommandResult):
     """A spec and its records, read and put together.
 
     - `spec`; `records`: as read; `problem`: None for a spec of published numbers or of field
@@ -48,10 +49,6 @@ class Checked:
             "parameters": [] if self.problem is None else _parameters(self.problem),
             "sampler": None if self.problem is None else self._sampler(self.problem),
         }
-
-    def json(self) -> str:
-        """Return `result` as text."""
-        return json_text(self.result)
 
     def table(self) -> str:
         """Return what the command prints."""

@@ -1,29 +1,32 @@
 """Runs side by side, as values and as files."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
+from rigid.inference.summary import Check
 from rigid.io.files import locked
 from rigid.report.compare import output
 from rigid.report.compare.content import KIND, Compared, compared, content
 from rigid.report.compare.runs import read_runs
-from rigid.report.content import Check
 from rigid.report.section import write_report
+from rigid.study.result import CommandResult
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class Comparison(CommandResult):
     """What a comparison found; the first run is the reference."""
 
     compared: Compared
 
-    @property
-    def usable(self) -> bool:
-        """Whether every run may be used."""
-        return self.compared.usable
+    @cached_property
+    def result(self) -> Mapping[str, Any]:
+        """All of compare.json."""
+        return output.as_dict(self.compared)
 
     @property
     def checks(self) -> tuple[Check, ...]:
@@ -38,10 +41,6 @@ class Comparison:
     def table(self) -> str:
         """The same as text."""
         return output.table(self.compared)
-
-    def json(self) -> str:
-        """The text of compare.json."""
-        return output.text(self.compared)
 
     def write(self, folder: Path | str) -> None:
         """Write page, figures, compare.json and comparison.csv to a folder."""

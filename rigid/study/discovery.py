@@ -16,7 +16,7 @@ from rigid.inference.reference_check import SolverCheck
 from rigid.inference.search import Best, best_of_few
 from rigid.io.cache import Shelf
 from rigid.io.cli import Options, progress, reach, say
-from rigid.io.files import json_text, write_text
+from rigid.io.files import write_text
 from rigid.likelihood.assemble import given_priors
 from rigid.likelihood.effect_lookup import effects_named, marks
 from rigid.likelihood.problem import Problem
@@ -32,6 +32,7 @@ from rigid.report.made import made
 from rigid.report.section import write_report
 from rigid.report.usability import optimum, residuals_of
 from rigid.spec import Spec, parse_spec
+from rigid.study.result import CommandResult
 
 Opened = TypeVar("Opened")
 
@@ -55,7 +56,7 @@ class Question:
 
 
 @dataclass(frozen=True, eq=False)
-class Discovery(Generic[Opened]):
+class Discovery(CommandResult, Generic[Opened]):
     """What was found missing.
 
     - `question`; `outcome`: all that was weighed; `seed`.
@@ -96,11 +97,6 @@ class Discovery(Generic[Opened]):
         """The fit with all that was added, solved again by diffrax; None: nothing is solved."""
         return against_reference(self.outcome.final, self.seed)
 
-    @property
-    def usable(self) -> bool:
-        """Whether every check of the result holds."""
-        return self.result["usable"]
-
     @cached_property
     def result(self) -> Mapping[str, Any]:
         """All of discovery.json."""
@@ -123,10 +119,6 @@ class Discovery(Generic[Opened]):
         """What the command prints."""
         return table(dict(self.result))
 
-    def json(self) -> str:
-        """Text of discovery.json."""
-        return json_text(self.result)
-
     def write(self) -> None:
         """Write discovery.json, the spec with what was found, and the report to the folder."""
         assert self.folder is not None  # whoever writes has named one
@@ -139,8 +131,7 @@ class Discovery(Generic[Opened]):
             self.seed,
             [(r.path.name, r.sha256) for r in self.question.records],
         )
-        checks = tuple(Check(**one) for one in self.result["checks"])
-        this = Context(provenance, self.question.notes, self._compared, checks)
+        this = Context(provenance, self.question.notes, self._compared, self.checks)
         write_report(KIND, content(self._spec, self.outcome, dict(self.result), this), self.folder)
 
     @property

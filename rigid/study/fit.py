@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,6 +15,7 @@ from matplotlib.figure import Figure
 from rigid.inference.calibrate import Calibrated
 from rigid.inference.posterior import data_tree
 from rigid.inference.summary import Check, Result, write_result_json, write_summary_csv
+from rigid.io.files import json_text
 from rigid.plots.figure import Drawn
 from rigid.report.calibration import figures, output
 from rigid.report.calibration.figures import corner, friction, records, roots, traces
@@ -24,10 +26,11 @@ from rigid.report.content import CalibrationContent
 from rigid.report.gallery import modules
 from rigid.report.section import write_report
 from rigid.spec import Spec
+from rigid.study.result import CommandResult
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class Fit(CommandResult):
     """What a fit found.
 
     - `spec`; `calibrated`: all that the inference gave. - `wall_s`: time it took [s].
@@ -51,6 +54,19 @@ class Fit:
     def usable(self) -> bool:
         """Whether every check holds."""
         return self.result.usable
+
+    @property
+    def taken(self) -> Mapping[str, Any]:
+        """What was held exact and set aside."""
+        return self.result.taken
+
+    def json(self) -> str:
+        """Text of result.json."""
+        return json_text(self.result.values())
+
+    def table(self) -> str:
+        """What the command prints."""
+        return output.table(self.result)
 
     def summary(self) -> pd.DataFrame:
         """Return the table of summary.csv, a row per parameter.

@@ -13,7 +13,7 @@ from rigid.inference.calibrate import fingerprint
 from rigid.inference.reference_check import SolverCheck
 from rigid.io.cache import Shelf
 from rigid.io.cli import Options, say
-from rigid.io.files import json_text, write_text
+from rigid.io.files import write_text
 from rigid.likelihood.assemble import given_priors
 from rigid.likelihood.effect_lookup import marks
 from rigid.likelihood.problem import Problem
@@ -25,13 +25,14 @@ from rigid.report.laws.section import KIND
 from rigid.report.made import made as provenance
 from rigid.report.section import write_report
 from rigid.spec import Spec
+from rigid.study.result import CommandResult
 
 KEPT = "unfinished-laws"
 """Folder of fits and comparisons, until the run is done."""
 
 
 @dataclass(frozen=True, eq=False)
-class Laws:
+class Laws(CommandResult):
     """A comparison of friction models.
 
     - `spec`; `records`: as read; `comparison`: all that was worked out; `seed`.
@@ -53,18 +54,9 @@ class Laws:
         further = next_record(self.comparison)
         return as_dict(self.spec, self.comparison, further, self.seed, self.solver)
 
-    @property
-    def usable(self) -> bool:
-        """Whether a model explains the records, and the solver's error does not matter."""
-        return self.result["usable"]
-
     def table(self) -> str:
         """What the command prints."""
         return table(dict(self.result))
-
-    def json(self) -> str:
-        """Text of laws.json."""
-        return json_text(self.result)
 
     def write(self, folder: Path) -> None:
         """Write laws.json, laws.csv and the report."""

@@ -8,21 +8,20 @@ from typing import Any
 
 import pandas as pd
 
-from rigid.io.files import json_text, locked, write_text
+from rigid.io.files import locked, write_text
 from rigid.io.provenance import invocation
 from rigid.published.run import Findings, run
 from rigid.published.walk.walk import Walk, walk
 from rigid.report.paper import output
 from rigid.report.paper.content import KIND, content
-from rigid.report.published import output as fitted
-from rigid.report.published.present import content as fitted_content
-from rigid.report.published.section import KIND as FITTED
 from rigid.report.section import write_report
 from rigid.spec import Spec, find_spec, load_spec
+from rigid.study.published import PublishedFit
+from rigid.study.result import CommandResult
 
 
 @dataclass(frozen=True, eq=False)
-class Paper:
+class Paper(CommandResult):
     """What was computed of the paper.
 
     - `spec`: the printed numbers that are fitted. - `walk`: numbers, equations, figures.
@@ -38,16 +37,6 @@ class Paper:
         """All of result.json."""
         return output.result(self.spec, self.walk, self.findings, invocation().wall_s)
 
-    @property
-    def checks(self) -> list[dict[str, Any]]:
-        """What must hold: everything is reproduced or explained; the fit's evidence is sound."""
-        return self.result["checks"]
-
-    @property
-    def usable(self) -> bool:
-        """Whether every check holds."""
-        return self.result["usable"]
-
     def items(self) -> pd.DataFrame:
         """A row for each printed number, equation and figure: printed, computed, verdict."""
         return pd.DataFrame(self.result["items"]).set_index("name")
@@ -56,17 +45,12 @@ class Paper:
         """The items as text."""
         return output.table(self.walk)
 
-    def json(self) -> str:
-        """The text of result.json."""
-        return json_text(self.result)
-
     def write(self, folder: Path | str) -> None:
         """Write page, figures and result.json to a folder; with the fit, its files as well."""
         folder = Path(folder)
         with locked(folder):
             if self.findings is not None:
-                fitted.write(folder, self.spec, self.findings, invocation().began)
-                write_report(FITTED, fitted_content(self.spec, self.findings), folder)
+                PublishedFit(self.spec, self.findings, invocation().wall_s).write(folder)
             write_text(folder / "result.json", self.json())
             write_report(KIND, content(self.spec, self.walk), folder)
 

@@ -14,13 +14,14 @@ from rigid.io.files import locked, write_text
 from rigid.io.provenance import running
 from rigid.jobs.job import Given, Job
 from rigid.jobs.run import run, told
-from rigid.report.season.output import FAILED, NOT_FITTED, as_dict, as_json, as_row
+from rigid.report.season.output import FAILED, NOT_FITTED, as_dict, as_row
 from rigid.report.season.present import content, table
 from rigid.report.season.section import KIND
 from rigid.report.section import write_report
 from rigid.spec import Spec, load_spec
 from rigid.spec.opening import own_code, require_none_of_its_own
 from rigid.spec.read import parse_spec
+from rigid.study.result import CommandResult
 from rigid.study.study import Study
 
 ROWS = "rows.jsonl"
@@ -78,7 +79,7 @@ class Season:
 
 
 @dataclass(frozen=True, eq=False)
-class SeasonFit:
+class SeasonFit(CommandResult):
     """All fits of a season.
 
     - `folder`: of the specs. - `campaigns`: what is known of each, in order.
@@ -92,18 +93,9 @@ class SeasonFit:
         """All of batch.json."""
         return as_dict(self.folder, self.campaigns)
 
-    @property
-    def usable(self) -> bool:
-        """Whether every spec that has something to fit gave a usable result."""
-        return self.result["usable"]
-
     def table(self) -> str:
         """What the command prints."""
         return table(self.result)
-
-    def json(self) -> str:
-        """Text of batch.json."""
-        return as_json(self.result)
 
     def write(self, out: Path) -> None:
         """Write batch.json and the page."""

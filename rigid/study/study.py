@@ -164,6 +164,9 @@ class Study:
         Raises InputError where the spec names no posterior, or one that is of another rig.
         """
         options = self._options(out, seed, resume, quiet)
+        given = () if self.spec.bands is None else self.spec.bands.sources
+        named = ", ".join(str(path) for path, _ in given) or "not named"
+        say(options, f"spec {self.spec.path}: posterior {named}")
         asked = smoothing(self.spec, self._seed(seed))
         with self._running("write_bands"), _folder(options) as folder:
             return write_all(asked, folder, options)

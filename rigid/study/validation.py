@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from rigid.inference.summary import Check
 from rigid.io.cli import Options
 from rigid.io.errors import InputError
-from rigid.io.files import json_text, write_text
+from rigid.io.files import write_text
 from rigid.jobs.job import Job
 from rigid.jobs.rows import read_rows
 from rigid.jobs.run import run, told
@@ -22,6 +23,7 @@ from rigid.report.validation.present import content, table
 from rigid.report.validation.section import kind
 from rigid.smoothing.laws import read_law
 from rigid.spec import Spec
+from rigid.study.result import CommandResult
 from rigid.validation.agreement import Agreement, agreement
 from rigid.validation.campaign import Base, standard
 from rigid.validation.design import BREAKS, Design, arguments
@@ -59,7 +61,7 @@ class Replicates:
 
 
 @dataclass(frozen=True, eq=False)
-class Validation:
+class Validation(CommandResult):
     """What a validation found.
 
     - `spec`; `records`: as read. - `verdict`: tests and checks. - `effects`: of a misfit.
@@ -77,6 +79,11 @@ class Validation:
         """Whether the spec's posteriors can be trusted; a misfit is asked for, and no fault."""
         return bool(self.verdict.design.shift) or self.verdict.usable
 
+    @property
+    def checks(self) -> tuple[Check, ...]:
+        """What does not hold, unless it was asked for."""
+        return () if self.usable else super().checks
+
     @cached_property
     def result(self) -> Mapping[str, Any]:
         """All of validation.json."""
@@ -85,10 +92,6 @@ class Validation:
     def table(self) -> str:
         """What the command prints."""
         return table(self.verdict, self.beside, self.effects)
-
-    def json(self) -> str:
-        """Text of validation.json."""
-        return json_text(self.result)
 
     def write(self, folder: Path) -> None:
         """Write validation.json and the report."""

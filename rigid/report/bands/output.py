@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from rigid.inference.reference_check import SolverCheck
-from rigid.io.files import json_text, replacing, write_text
+from rigid.io.files import replacing
 from rigid.smoothing.budget import FIGURES, PARTS, Line
 from rigid.smoothing.finished import Finished
 from rigid.smoothing.laws import RigModel
@@ -118,13 +118,6 @@ def _record(found: Finished) -> dict[str, Any]:
         "falls": [vars(fall) for fall in found.falls],
         "valve": [vars(turn) for turn in found.turns],
     }  # fmt: skip
-
-
-def write_json(path: Path, content: dict[str, Any]) -> str:
-    """Write the JSON and return it."""
-    text = json_text(content)
-    write_text(path, text)
-    return text
 
 
 def table(all_found: Sequence[Finished]) -> str:

@@ -244,10 +244,8 @@ def _beside(spec: Spec, path: Path) -> str:
         return there.as_posix()
 
 
-def printed(found: Result, folder: Path, as_json: bool) -> str:
-    """Text for standard output: the table, or result.json as it was written."""
-    if as_json:
-        return (folder / "result.json").read_text(encoding="utf-8")
+def table(found: Result) -> str:
+    """The parameters as a table for the terminal, with the gap and the verdict."""
     lines = [
         f"{'parameter':32}{'unit':8}{'median':>12}{'5 %':>12}{'95 %':>12}{'ESS':>8}{'R-hat':>8}"
     ]

@@ -65,14 +65,9 @@ def row(move: Move) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def text(found: Compared) -> str:
-    """The text of compare.json."""
-    return json_text(as_dict(found))
-
-
 def write(folder: Path, found: Compared) -> None:
     """Write compare.json and comparison.csv."""
-    write_text(folder / "compare.json", text(found))
+    write_text(folder / "compare.json", json_text(as_dict(found)))
     stream = io.StringIO()
     writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
     writer.writeheader()

@@ -2,12 +2,13 @@
 
 from typing import Any
 
+from rigid.io.files import plain
 from rigid.io.provenance import versions
 from rigid.published.run import Findings
 from rigid.published.walk.items import GIVEN
 from rigid.published.walk.walk import Walk
 from rigid.report.paper.content import check, counts
-from rigid.report.published.output import as_dict, plain
+from rigid.report.published.output import as_dict
 from rigid.spec import Spec
 
 

@@ -3,7 +3,6 @@
 import csv
 import io
 import json
-import time
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ import xarray as xr
 
 from rigid.inference.posterior import save_posterior
 from rigid.inference.summary import COLUMNS
-from rigid.io.files import json_text, plain, write_text
+from rigid.io.files import json_text, write_text
 from rigid.io.provenance import versions
 from rigid.published.catalogue import CAUSES, STORIES
 from rigid.published.run import DRAWS, Findings, Told
@@ -112,9 +111,8 @@ def _stories(found: Findings, prior: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def write(folder: Path, spec: Spec, found: Findings, began: float) -> str:
-    """Write posterior.nc, summary.csv and result.json; returns the text of result.json."""
-    made = plain(as_dict(spec, found, time.monotonic() - began))
+def write(folder: Path, spec: Spec, found: Findings, made: dict[str, Any]) -> None:
+    """Write posterior.nc, summary.csv and, as `made`, result.json."""
     save_posterior(folder / "posterior.nc", groups(found), {
         "spec": spec.text, "spec_name": spec.path.stem, "simulated": 0, "seed": found.seed,
         "versions": json.dumps(versions()),
@@ -124,9 +122,7 @@ def write(folder: Path, spec: Spec, found: Findings, began: float) -> str:
     writer.writeheader()
     writer.writerows({"name": n, **row} for n, row in made["parameters"].items())
     write_text(folder / "summary.csv", table.getvalue())
-    text = json_text(made)
-    write_text(folder / "result.json", text)
-    return text
+    write_text(folder / "result.json", json_text(made))
 
 
 def groups(found: Findings) -> dict[str, xr.Dataset]:

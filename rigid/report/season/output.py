@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from rigid.inference.drift import Drift, drift
-from rigid.io.files import finite, json_text
+from rigid.io.files import finite
 from rigid.io.provenance import versions
 
 SCHEMA = 1
@@ -45,11 +45,6 @@ def as_dict(folder: Path, campaigns: Sequence[Mapping[str, Any]]) -> dict[str, A
         "cost": {"cpu_s": round(sum(s for s in spent if s is not None), 3)},
         "versions": versions(),
     }
-
-
-def as_json(made: Mapping[str, Any]) -> str:
-    """Text of batch.json."""
-    return json_text(made)
 
 
 def quantities(campaigns: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, Any]]:

@@ -1,0 +1,52 @@
+"""How a command asks a study and tells the result.
+
+The module itself loads nothing heavy: a command prints its first line before JAX is there.
+"""
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rigid.io.cli import Options, say
+
+if TYPE_CHECKING:
+    from rigid.study.result import CommandResult
+
+
+def ask(options: Options, question: "Callable[..., CommandResult]") -> int:
+    """Put a question to the study of the spec that the options name, and tell the result.
+
+    - `question`: takes the study, the folder of the files, `seed`, `resume` and `quiet`.
+
+    Returns the exit status, 1 for a result that must not be used. Raises InputError for a mistake
+    in the spec, and what the question raises.
+    """
+    from rigid.io.runtime import prepare
+    from rigid.spec.opening import open_spec
+
+    spec = open_spec(options)
+    prepare()
+    from rigid.study.study import Study
+
+    how = {"seed": options.seed, "resume": options.resume, "quiet": options.quiet}
+    folder = options.folder(spec.path)
+    return tell(options, folder, question(Study(spec), folder, **how))
+
+
+def tell(options: Options, folder: Path, found: "CommandResult") -> int:
+    """Print a result, and where its report lies; returns the command's status, 1 if not usable.
+
+    The result goes to standard output, all else to standard error: checks that failed even where
+    the command is to be quiet, what was held exact and set aside, the page.
+    """
+    from rigid.report.taken import lines
+
+    sys.stdout.write(found.json() if options.as_json else found.table())
+    for check in found.checks:
+        if not check.ok:
+            sys.stderr.write(f"{check.name}: {check.says}\n")
+    for line in lines(found.taken) if found.taken else ():
+        say(options, line)
+    say(options, f"report: {folder / 'index.html'}")
+    return 0 if found.usable else 1

@@ -1,0 +1,37 @@
+"""What results of all commands have in common."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any
+
+from rigid.inference.summary import Check
+from rigid.io.files import json_text
+
+
+class CommandResult(ABC):
+    """What a command found; `result` is all of its JSON file, as a mapping."""
+
+    result: Any
+
+    @abstractmethod
+    def table(self) -> str:
+        """What the command prints."""
+
+    def json(self) -> str:
+        """Text of the JSON file."""
+        return json_text(self.result)
+
+    @property
+    def usable(self) -> bool:
+        """Whether every check of the result holds."""
+        return self.result["usable"]
+
+    @property
+    def checks(self) -> tuple[Check, ...]:
+        """What must hold for the result to be used: name, whether it does, a sentence."""
+        return tuple(Check(**one) for one in self.result.get("checks", ()))
+
+    @property
+    def taken(self) -> Mapping[str, Any]:
+        """What was held exact and set aside, as in the JSON file; empty where it does not say."""
+        return self.result if "held_exact" in self.result else {}
