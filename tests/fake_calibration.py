@@ -144,14 +144,13 @@ def trace(symbol, unit, centre, spread, seed):
 
 def parameter(name, symbol, unit, prior, post, informed, **more):
     (p05, p50, p95), (q05, q50, q95) = prior, post
-    return c.ParameterRow(
-        *(name, symbol, unit, p50, p05, p95, q50, q50, (q95 - q05) / 3.29, q05, q95),
-        ess_bulk=2310.0,
-        ess_tail=1875.0,
-        r_hat=1.0031,
+    return c.ParameterShown(
+        mean=q50, sd=(q95 - q05) / 3.29, median=q50, q05=q05, q95=q95,
+        ess_bulk=2310.0, ess_tail=1875.0, r_hat=1.0031,
+        name=name, symbol=symbol, unit=unit, prior_median=p50, prior_q05=p05, prior_q95=p95,
         informed=informed,
         **more,
-    )
+    )  # fmt: skip
 
 
 def parameters():

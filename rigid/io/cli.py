@@ -13,7 +13,7 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any, Literal
 
-from rigid.io.errors import InputError, RigidError
+from rigid.io.errors import RigidError
 from rigid.io.provenance import running
 from rigid.io.version import __version__
 
@@ -261,17 +261,3 @@ def _drop_output() -> None:
     """Send what standard output still holds nowhere, so that the interpreter's exit is silent."""
     with contextlib.suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
-__all__ = [
-    "InputError",
-    "Interrupted",
-    "Options",
-    "Takes",
-    "parse",
-    "progress",
-    "reach",
-    "run",
-    "say",
-    "signals",
-]

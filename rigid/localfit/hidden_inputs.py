@@ -54,6 +54,7 @@ class AbstractHiddenInput(AbstractEffect):
     """A bump of one force or flow.
 
     - `heights`: over each of `followed`; `centre`, `width`: of the bump; declared in that order.
+    - `acts`: entry of `Action` that it adds to, with its `sign`.
     """
 
     heights: eqx.AbstractVar[Array]
@@ -61,6 +62,8 @@ class AbstractHiddenInput(AbstractEffect):
     width: eqx.AbstractVar[Array]
 
     followed: eqx.AbstractClassVar[tuple[Followed, ...]]
+    acts: ClassVar[str] = "between"
+    sign: ClassVar[float] = 1.0
     source: ClassVar[str] = "latent force; Alvarez, Luengo and Lawrence 2009, AISTATS 5, 9-16"
     steady: ClassVar[bool] = True
 
@@ -73,6 +76,10 @@ class AbstractHiddenInput(AbstractEffect):
             ),
             start=jnp.zeros(()),
         )
+
+    def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
+        """Return the force or flow."""
+        return Action()._replace(**{self.acts: self.sign * self.size(state)})
 
 
 class HiddenForce(AbstractHiddenInput):
@@ -87,10 +94,6 @@ class HiddenForce(AbstractHiddenInput):
     phrase: ClassVar[str] = "hidden force on the plunger"
     followed: ClassVar[tuple[Followed, ...]] = (TIME, PRESSURE, STROKE, SPEED)
 
-    def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
-        """Return the force."""
-        return Action(between=self.size(state))
-
 
 class HiddenFlow(AbstractHiddenInput):
     """A flow of oil into the chamber [m^3/s], whatever the valve."""
@@ -104,10 +107,8 @@ class HiddenFlow(AbstractHiddenInput):
     phrase: ClassVar[str] = "hidden flow into the chamber"
     followed: ClassVar[tuple[Followed, ...]] = (TIME, PRESSURE, STROKE, SPEED)
     kinds: ClassVar[tuple[str, ...] | None] = ("slow", "release")
-
-    def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
-        """Return the flow, as a leakage of the other sign."""
-        return Action(leakage=-self.size(state))
+    acts: ClassVar[str] = "leakage"
+    sign: ClassVar[float] = -1.0
 
 
 class HiddenDrag(AbstractHiddenInput):
@@ -123,10 +124,7 @@ class HiddenDrag(AbstractHiddenInput):
     phrase: ClassVar[str] = "hidden force on the cylinder"
     followed: ClassVar[tuple[Followed, ...]] = (TIME, CYLINDER_SPEED)
     kinds: ClassVar[tuple[str, ...] | None] = ("slow", "release")
-
-    def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
-        """Return the force over time or over the speed of the cylinder."""
-        return Action(on_cylinder=self.size(state))
+    acts: ClassVar[str] = "on_cylinder"
 
 
 class HiddenSpring(AbstractHiddenInput):
@@ -142,10 +140,7 @@ class HiddenSpring(AbstractHiddenInput):
     phrase: ClassVar[str] = "hidden force of the load-cell end"
     followed: ClassVar[tuple[Followed, ...]] = (TIME, LOAD)
     kinds: ClassVar[tuple[str, ...] | None] = ("slow", "release")
-
-    def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
-        """Return the force over time or over the displacement of the cylinder."""
-        return Action(load_cell=self.size(state))
+    acts: ClassVar[str] = "load_cell"
 
 
 HIDDEN: tuple[type[AbstractHiddenInput], ...] = (

@@ -12,11 +12,6 @@ from jaxtyping import Bool, Complex, Float, Int
 QUANTILES = (5, 25, 50, 75, 95)
 
 
-def _require(holds: bool, name: str, said: str) -> None:
-    if not holds:
-        raise ValueError(f"{name}: {said}")
-
-
 @dataclass(frozen=True, eq=False)
 class ChannelFit:
     """One sensor of one record beside what the posterior says it should have read.
@@ -47,12 +42,6 @@ class ChannelFit:
     correlation_time: float
     autocorrelation: Float[np.ndarray, "2 lags"]
 
-    def __post_init__(self) -> None:
-        n, name = self.time.shape, f"{self.record}, {self.quantity}"
-        _require(self.data.shape == n, name, f"data has shape {self.data.shape}, time has {n}")
-        _require(self.residual.shape == n, name, f"residual has shape {self.residual.shape}")
-        _require(self.quantiles.shape == (5, *n), name, f"quantiles: {self.quantiles.shape}")
-
 
 @dataclass(frozen=True, eq=False)
 class FrictionCurve:
@@ -76,13 +65,6 @@ class FrictionCurve:
     excited: tuple[tuple[str, float, float], ...] = ()
     published: tuple[tuple[float | None, float, str], ...] = ()
 
-    def __post_init__(self) -> None:
-        m = self.frequency.shape
-        _require(self.informed.shape == m, "friction", f"informed: {self.informed.shape}")
-        for name in ("dissipative", "storage", "magnitude", "prior_magnitude"):
-            shape = getattr(self, name).shape
-            _require(shape == (5, *m), "friction", f"{name} has shape {shape}, not {(5, *m)}")
-
 
 @dataclass(frozen=True, eq=False)
 class ParameterDraws:
@@ -98,11 +80,6 @@ class ParameterDraws:
     units: tuple[str, ...]
     values: Float[np.ndarray, "parameters draws"]
     marks: tuple[float | None, ...]
-
-    def __post_init__(self) -> None:
-        k = len(self.symbols)
-        _require(self.values.shape[0] == k, "draws", f"{self.values.shape[0]} rows, {k} symbols")
-        _require(len(self.units) == len(self.marks) == k, "draws", f"not {k} units and marks")
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,11 +98,6 @@ class Trace:
     means: Float[np.ndarray, "ensembles steps"]
     kept_from: int
     ranks: Int[np.ndarray, "ensembles bins"]
-
-    def __post_init__(self) -> None:
-        shape = self.means.shape
-        _require(shape[1] == self.step.size, self.symbol, f"means has shape {shape}")
-        _require(shape[0] == self.ranks.shape[0], self.symbol, f"ranks: {self.ranks.shape}")
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,39 +9,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from rigid.inference.alternatives import Alternative
-from rigid.inference.summary import Check
+from rigid.inference.summary import Check, Summary
 from rigid.plots.figure import Illustration
 from rigid.plots.shown import ChannelFit, FrictionCurve, ParameterDraws, Roots, Trace
-
-__all__ = [
-    "Alternative",
-    "Answer",
-    "CalibrationContent",
-    "ChannelFit",
-    "Check",
-    "Content",
-    "FoundContent",
-    "FrictionCurve",
-    "Front",
-    "KeyNumber",
-    "ModeRow",
-    "ParameterDraws",
-    "ParameterRow",
-    "ProductRow",
-    "Provenance",
-    "Published",
-    "RecordNote",
-    "Roots",
-    "Trace",
-]
-
-
-@dataclass(frozen=True)
-class Published:
-    """A value somebody printed before, and where: ("6e7", "paper, eq. (16)")."""
-
-    value: float
-    place: str
+from rigid.report.paper_values import Published
 
 
 @dataclass(frozen=True)
@@ -67,9 +38,9 @@ class KeyNumber:
     name: str = ""
 
 
-@dataclass(frozen=True)
-class ParameterRow:
-    """A parameter, prior beside posterior.
+@dataclass(frozen=True, kw_only=True)
+class ParameterShown(Summary):
+    """Figures of a parameter, prior beside posterior.
 
     - name: as in summary.csv, e.g. kappa[free-run-2,A]
     - informed: 1 - posterior sd / prior sd on the standard scale; 0 if only the prior speaks
@@ -81,14 +52,6 @@ class ParameterRow:
     prior_median: float
     prior_q05: float
     prior_q95: float
-    median: float
-    mean: float
-    sd: float
-    q05: float
-    q95: float
-    ess_bulk: float | None
-    ess_tail: float | None
-    r_hat: float | None
     informed: float | None
     published: tuple[Published, ...] = ()
     note: str = ""
@@ -285,7 +248,7 @@ class CalibrationContent(Content):
 
     usable: bool
     key_numbers: tuple[KeyNumber, ...]
-    parameters: tuple[ParameterRow, ...]
+    parameters: tuple[ParameterShown, ...]
     fits: tuple[ChannelFit, ...]
     records: tuple[RecordNote, ...]
     gap: float | None = None

@@ -4,14 +4,14 @@ import math
 
 from markupsafe import Markup
 
-from rigid.report.content import ParameterRow
+from rigid.report.content import ParameterShown
 
 _WIDTH, _HEIGHT = 120, 16
 # A prior that spans more than this ratio is seen on a logarithmic scale.
 _LOGARITHMIC_FROM = 10.0
 
 
-def interval_bars(row: ParameterRow) -> Markup:
+def interval_bars(row: ParameterShown) -> Markup:
     """Pale bar: 90 % of the prior; dark bar: 90 % of the posterior; tick: its median."""
     numbers = (row.prior_q05, row.prior_q95, row.q05, row.q95, row.median)
     if not all(math.isfinite(number) for number in numbers):

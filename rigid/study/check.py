@@ -17,6 +17,7 @@ from rigid.spec import Spec
 from rigid.study.result import CommandResult
 
 SCHEMA = 1
+RULES = ("starts", "ensembles", "block", "max_steps", "r_hat", "ess")
 BYTES = 8
 """Of a number in the chain."""
 
@@ -88,13 +89,8 @@ class Checked(CommandResult):
         return {
             "parameters": size,
             "samples": int(sum(np.count_nonzero(np.asarray(p.weight)) for p in problem.pieces)),
-            "starts": rule.starts,
-            "ensembles": rule.ensembles,
+            **{name: getattr(rule, name) for name in RULES},
             "walkers": wide,
-            "block": rule.block,
-            "max_steps": rule.max_steps,
-            "r_hat": rule.r_hat,
-            "ess": rule.ess,
             "chain_bytes_per_block": step * rule.block,
             "chain_bytes_at_most": step * rule.max_steps,
         }

@@ -12,7 +12,11 @@ COMPUTED = "computed"
 REPRODUCED = "reproduced"
 DIFFERS = "differs"
 MISPRINT = "misprint"
-VERDICTS = (GIVEN, COMPUTED, REPRODUCED, DIFFERS, MISPRINT)
+ENTRIES = (
+    "name", "place", "what", "unit", "printed", "as_printed", "computed", "band",
+    "relative_difference", "verdict", "explained", "reason",
+)  # fmt: skip
+"""Entries of an item in result.json, its erratum beside."""
 
 _NOTHING_TO_EXPLAIN = (GIVEN, COMPUTED, REPRODUCED)
 
@@ -131,18 +135,5 @@ class Item:
     def values(self) -> Mapping[str, Any]:
         """The item as an entry of result.json."""
         found = self.erratum
-        return {
-            "name": self.name,
-            "place": self.place,
-            "what": self.what,
-            "unit": self.unit,
-            "printed": self.printed,
-            "as_printed": self.as_printed,
-            "computed": self.computed,
-            "band": None if self.band is None else list(self.band),
-            "relative_difference": self.relative_difference,
-            "verdict": self.verdict,
-            "explained": self.explained,
-            "reason": self.reason,
-            "erratum": None if found is None else found.heading,
-        }
+        entries = {name: getattr(self, name) for name in ENTRIES}
+        return entries | {"erratum": None if found is None else found.heading}

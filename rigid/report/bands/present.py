@@ -11,7 +11,7 @@ from rigid.report import made as provenance
 from rigid.report import wording
 from rigid.report.bands import figures
 from rigid.report.bands.output import unit
-from rigid.report.bands.section import KIND, BandsContent, BudgetRow, FieldContent
+from rigid.report.bands.section import KIND, BandsContent, FieldContent
 from rigid.report.bands.shown import Banded, FieldShown
 from rigid.report.content import BAD, GOOD, Answer, Check, Front
 from rigid.report.gallery import hang
@@ -136,12 +136,11 @@ def _posteriors(named: BandsSpec) -> str:
 
 
 def _record(found: Finished) -> FieldContent:
-    rows = tuple(BudgetRow(**vars(line)) for line in found.budget)
     files = (
         (f"bands/{found.name}.csv", "median and quantiles over time"),
         (f"bands/{found.name}-parts.csv", "standard deviations over time by their cause"),
     )
-    return FieldContent(found.name, rows, _events(found), files)
+    return FieldContent(found.name, tuple(found.budget), _events(found), files)
 
 
 def _events(found: Finished) -> tuple[str, ...]:

@@ -4,22 +4,9 @@ from dataclasses import dataclass
 
 from rigid.report.content import Content
 from rigid.report.section import Kind
+from rigid.smoothing.budget import Line
 
 KIND = Kind("bands", 20, "Ice load and displacement", "bands.html.j2")
-
-
-@dataclass(frozen=True)
-class BudgetRow:
-    """One number of the budget; `parts` are standard uncertainties in the order of the heads."""
-
-    place: str
-    name: str
-    unit: str
-    median: float
-    q05: float
-    q95: float
-    combined: float
-    parts: tuple[float | None, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +19,7 @@ class FieldContent:
     """
 
     record: str
-    budget: tuple[BudgetRow, ...]
+    budget: tuple[Line, ...]
     events: tuple[str, ...]
     files: tuple[tuple[str, str], ...]
 

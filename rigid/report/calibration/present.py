@@ -33,7 +33,7 @@ PAPER_KAPPA = " and ".join(f"{k.value:g} ({k.place.split(', ', 2)[2]})" for k in
 
 def content(spec: Spec, done: Calibrated, found: Result) -> page.CalibrationContent:
     """Gather all that the section on a calibration shows."""
-    checks = tuple(page.Check(c.name, c.ok, c.says) for c in found.checks)
+    checks = tuple(found.checks)
     numbers, choices = key_numbers(spec, done), alternatives(spec, done)
     rows, curve = parameter_rows(done, found), friction_curve(done)
     return page.CalibrationContent(
@@ -71,7 +71,7 @@ def _key(
     symbol: str,
     unit: str,
     values: np.ndarray,
-    published: tuple[page.Published, ...] = (),
+    published: tuple[Published, ...] = (),
     reading: str = "",
 ) -> page.KeyNumber:
     """One of the key numbers, from its draws."""
@@ -80,9 +80,8 @@ def _key(
     return page.KeyNumber(label, symbol, unit, middle, sd, low, high, published, reading)
 
 
-def _published(done: Calibrated, label: str) -> tuple[page.Published, ...]:
-    printed = published(label, of_the_paper(done.problem))
-    return tuple(page.Published(p.value, p.place) for p in printed)
+def _published(done: Calibrated, label: str) -> tuple[Published, ...]:
+    return published(label, of_the_paper(done.problem))
 
 
 def key_numbers(spec: Spec, done: Calibrated) -> tuple[page.KeyNumber, ...]:
@@ -181,24 +180,21 @@ def _friction(
     name: str, symbol: str, values: np.ndarray, printed: Sequence[tuple[float | None, Published]]
 ) -> page.KeyNumber:
     """One coefficient of friction beside the printed ones of its frequency."""
-    known = tuple(page.Published(p.value, p.place) for _, p in printed)
-    return _key(name, symbol, "N s/m", values, known)
+    return _key(name, symbol, "N s/m", values, tuple(p for _, p in printed))
 
 
-def parameter_rows(done: Calibrated, found: Result) -> tuple[page.ParameterRow, ...]:
+def parameter_rows(done: Calibrated, found: Result) -> tuple[page.ParameterShown, ...]:
     """Prior beside posterior for every sampled parameter."""
     figures = {row.name: row.summary for row in found.parameters}
     z = done.draws.z.reshape(-1, done.draws.z.shape[-1])
     out = []
     for i, p in enumerate(done.problem.parameters.sampled):
-        s = figures[p.label]
         low, middle, high = sorted(
             float(v) for v in p.prior.from_standard(np.array([-1.6449, 0.0, 1.6449]))
         )
-        out.append(page.ParameterRow(
-            name=p.label, symbol=p.numbered_symbol, unit=_unit(p), prior_median=middle,
-            prior_q05=low, prior_q95=high, median=s.median, mean=s.mean, sd=s.sd, q05=s.q05,
-            q95=s.q95, ess_bulk=s.ess_bulk, ess_tail=s.ess_tail, r_hat=s.r_hat,
+        out.append(page.ParameterShown(
+            **vars(figures[p.label]), name=p.label, symbol=p.numbered_symbol, unit=_unit(p),
+            prior_median=middle, prior_q05=low, prior_q95=high,
             informed=float(np.clip(1.0 - z[:, i].std(), 0.0, 1.0)),
             published=_published(done, p.label),
         ))  # fmt: skip
@@ -253,16 +249,5 @@ def mode_rows(done: Calibrated) -> tuple[page.ModeRow, ...]:
 
 def provenance(spec: Spec, done: Calibrated, found: Result) -> page.Provenance:
     """Enough to make the page again."""
-    cost = found.cost.values()
-    return made(
-        spec,
-        done.seed,
-        [(r.path.name, r.sha256) for r in done.records],
-        wall_s=float(cost["wall_s"]),
-        compile_s=float(cost["compile_s"]),
-        evaluations=int(cost["evaluations"]),
-        failed_solves=int(cost["failed_solves"]),
-        evaluations_per_s=cost["evaluations_per_s"],
-        ess_min=cost["ess_min"],
-        ess_min_per_s=cost["ess_min_per_s"],
-    )
+    read = [(r.path.name, r.sha256) for r in done.records]
+    return made(spec, done.seed, read, **found.cost.values())

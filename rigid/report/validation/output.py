@@ -45,13 +45,7 @@ def _tested(one: Tested) -> dict[str, Any]:
         "says": one.says,
         "gained": finite(one.gained),
         "coverage": [
-            {
-                "level": share.level,
-                "share": share.share,
-                "low": share.low,
-                "high": share.high,
-                "p": share.p,
-            }
+            {key: getattr(share, key) for key in ("level", "share", "low", "high", "p")}
             for share in one.coverage
         ],
     }
