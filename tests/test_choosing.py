@@ -36,7 +36,7 @@ from rigid.friction.models import (
     STRIBECK,
     VISCOUS,
     FrictionModel,
-    laws,
+    models,
     without_friction,
 )
 from rigid.friction.models import MEMORY as WITH_MEMORY
@@ -589,7 +589,7 @@ def test_the_laws_of_a_spec(tmp_path: Path):
     made = dataclasses.replace(
         made, parameters=dataclasses.replace(numbers, sampled=(*numbers.sampled, more))
     )
-    by_name = {law.name: law for law in laws(spec, made)}
+    by_name = {law.name: law for law in models(spec, made)}
     assert tuple(by_name) == NAMES
     assert by_name[COULOMB].effects == (VISCOUS, COULOMB)
     assert by_name[COULOMB].held["mu_branch[1]"] == 0.0
@@ -597,7 +597,7 @@ def test_the_laws_of_a_spec(tmp_path: Path):
     effects_of_all = (*DRY, CATALOGUE[WITH_MEMORY])
     known = {k for e in effects_of_all for info in e.parameters() for k in info.labels}
     assert all(set(law.held) <= known for law in by_name.values())
-    beside = laws(load_spec(folder / "calibration.toml"), made)
+    beside = models(load_spec(folder / "calibration.toml"), made)
     assert beside[2].effects == (VISCOUS, WITH_MEMORY, COULOMB)
     assert "mu_branch[1]" not in beside[2].held
 

@@ -61,9 +61,9 @@ class Line(NamedTuple):
 
         All angles are alike, but a posterior that is cut in two by the end of its prior is no bell.
         """
-        laws = priors_of(effect, given)
-        amplitude = next(label for label, (info, _) in laws.items() if info.absent is not None)
-        info, law = laws[amplitude]
+        priors = priors_of(effect, given)
+        amplitude = next(label for label, (info, _) in priors.items() if info.absent is not None)
+        info, prior = priors[amplitude]
         absent = float(info.absent or 0.0)
         assert effect.beat is not None  # the caller asks
         shape = {amplitude: absent, effect.beat: self.frequency, **dict(self.angles)}
@@ -73,7 +73,7 @@ class Line(NamedTuple):
             if label not in given
         }
         return Candidate(
-            effect, amplitude, absent, law, shape,
+            effect, amplitude, absent, prior, shape,
             log_share=self.log_share, priors=around, chance=tuple(self.chance),
         )  # fmt: skip
 
@@ -151,23 +151,23 @@ def lines(fit: Fitted, effect: type[AbstractEffect]) -> Line | None:
     """
     local = fit.local
     assert effect.beat is not None  # the caller asks
-    laws = priors_of(effect, dict(local.hypothesis.given))
-    heard = _hearing(fit, effect, laws[effect.beat][1])
+    priors = priors_of(effect, dict(local.hypothesis.given))
+    heard = _hearing(fit, effect, priors[effect.beat][1])
     if heard is None:
         return None
-    info, law = next(found for found in laws.values() if found[0].absent is not None)
+    info, prior = next(found for found in priors.values() if found[0].absent is not None)
     absent, known = float(info.absent or 0.0), heard.known()
     weigh = partial(
         log_bayes_of_line,
         known=known,
-        sizes=np.asarray(law.from_standard(QUANTILES)) - absent,
-        log_prior=_log_prior(laws[effect.beat][1], heard.frequencies),
+        sizes=np.asarray(prior.from_standard(QUANTILES)) - absent,
+        log_prior=_log_prior(priors[effect.beat][1], heard.frequencies),
     )
     gradients = heard.gradients(local.terms.score)
     each = weigh(gradients)
     best = int(np.argmax(each))
     gradient, size = np.abs(gradients[:, best]).sum(), known[:, best].sum()
-    share = _total(each) - float(log_bayes(gradient, size, amplitudes(law, absent)))
+    share = _total(each) - float(log_bayes(gradient, size, amplitudes(prior, absent)))
     turned = np.mod(1.5 * math.pi - np.angle(gradients[:, best]), 2.0 * math.pi) - math.pi
     return Line(
         float(heard.frequencies[best]),
@@ -177,7 +177,7 @@ def lines(fit: Fitted, effect: type[AbstractEffect]) -> Line | None:
     )
 
 
-def _hearing(fit: Fitted, effect: type[AbstractEffect], law: AbstractPrior) -> Hearing | None:
+def _hearing(fit: Fitted, effect: type[AbstractEffect], prior: AbstractPrior) -> Hearing | None:
     """What hears a beat whose frequency has a `law`; None where no two could be parted."""
     local = fit.local
     labels = beating([effect], local.layout.problem.tracks)
@@ -188,7 +188,7 @@ def _hearing(fit: Fitted, effect: type[AbstractEffect], law: AbstractPrior) -> H
         for number, channel in enumerate(local.layout.channels)
         if channel.track in labels
     ]
-    frequencies = _grid(local, law, heard)
+    frequencies = _grid(local, prior, heard)
     if len(frequencies) < FINER:
         return None
     some = np.geomspace(frequencies[0], frequencies[-1], ANSWERS)
@@ -234,19 +234,19 @@ def _open(local: LocalFit, one: Heard) -> np.ndarray:
     return rows[levels[np.searchsorted(one.track.drive.switches, local.layout.time[rows])] == 1]
 
 
-def _grid(local: LocalFit, law: AbstractPrior, heard: Sequence[Heard]) -> np.ndarray:
+def _grid(local: LocalFit, prior: AbstractPrior, heard: Sequence[Heard]) -> np.ndarray:
     """Frequencies [Hz] that are tried, evenly spaced; none where no line could be parted."""
-    low, high = (float(law.from_standard(z)) for z in (-SPREAD, SPREAD))
+    low, high = (float(prior.from_standard(z)) for z in (-SPREAD, SPREAD))
     spans = [len(_open(local, one)) * one.channel.interval for one in heard]
     top = min(high, max((0.5 / one.channel.interval for one in heard), default=0.0))
     count = int(FINER * max(spans, default=0.0) * max(top - low, 0.0))
     return low + (top - low) / max(count, 1) * np.arange(count)
 
 
-def _log_prior(law: AbstractPrior, frequencies: np.ndarray) -> np.ndarray:
+def _log_prior(prior: AbstractPrior, frequencies: np.ndarray) -> np.ndarray:
     """Log of the prior of each frequency tried, one of which it is."""
     edges = np.append(frequencies, 2.0 * frequencies[-1] - frequencies[-2])
-    below = norm.cdf([standard_of(law, f) for f in edges])
+    below = norm.cdf([standard_of(prior, f) for f in edges])
     logs = np.log(np.maximum(np.diff(below), 1e-300))
     return logs - np.asarray(logsumexp(logs))
 

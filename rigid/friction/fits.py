@@ -1,4 +1,4 @@
-"""Every law fitted to the records, in two programs: viscous friction, and dry friction."""
+"""Every model fitted to the records, in two programs: viscous friction, and dry friction."""
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
@@ -24,13 +24,13 @@ STARTS = 4
 FIRST_TURNS = 10
 """Turns of the program after which only the best start goes on."""
 BEGINNINGS = {BRISTLES: 2}
-"""Starts of a law of dry friction; one of the others."""
+"""Starts of a model of dry friction; one of the others."""
 FIRST_DRY_TURNS, MOST_DRY_TURNS, LAST_DRY_TURNS = 2, 4, 2
-"""Turns after which only the best start of each law of dry friction goes on, how many more at most,
-and how many once all samples have their weights."""
+"""Turns after which only the best start of each model of dry friction goes on, how many more at
+most, and how many once all samples have their weights."""
 WIDTH = 16
-"""Simulations side by side in the program of dry friction: one turn serves a step of all its laws,
-which take 14."""
+"""Simulations side by side in the program of dry friction: one turn serves a step of all its
+models, which take 14."""
 
 KINDS = (LocalFit, Hypothesis, Layout, Terms, *DRY)
 """What fits are made of."""
@@ -44,37 +44,37 @@ class Programs(NamedTuple):
     viscous: Program
     dry: Program
 
-    def of(self, law: FrictionModel) -> Program:
-        """The one that holds a law."""
-        return self.viscous if law.dry is None else self.dry
+    def of(self, model: FrictionModel) -> Program:
+        """The one that holds a model."""
+        return self.viscous if model.dry is None else self.dry
 
 
 @dataclasses.dataclass(frozen=True)
 class FittedModels:
-    """All laws at their best, the same weights of samples in all.
+    """All models at their best, the same weights of samples in all.
 
-    - `programs`; `laws`. - `fits`: by name of the law.
+    - `programs`; `models`. - `fits`: by name of the model.
     """
 
     programs: Programs
-    laws: tuple[FrictionModel, ...]
+    models: tuple[FrictionModel, ...]
     fits: Mapping[str, LocalFit]
 
 
 def fit_laws(
     problem: Problem,
-    laws: tuple[FrictionModel, ...],
+    models: tuple[FrictionModel, ...],
     given: Mapping[str, AbstractPrior],
     seed: int,
     report: Report,
     shelf: Shelf = NOTHING_KEPT,
 ) -> FittedModels:
-    """Fit every law.
+    """Fit every model.
 
     - `problem`: with viscous friction and memory. - `given`: priors that go before the effects'
       own, by label. - `seed`: of the starts. - `shelf`: keeps the fits as they are made.
 
-    How many facts a sample is gets judged once every law has had its say: what the best of them
+    How many facts a sample is gets judged once every model has had its say: what the best of them
     leaves over, and what none of them could take away, is noise.
     """
     plain = families(problem, (), together=True)[0]
@@ -84,11 +84,11 @@ def fit_laws(
     layout = layout.weighed((layout.weight > 0.0).astype(float))
     known = {"problem": problem, "given": given, "plain": plain, "wide": wide}
     known |= {name: getattr(layout, name) for name in ("channels", "channel", "time")}
-    listed = [law for law in laws if law.dry is not None]
+    listed = [model for model in models if model.dry is not None]
 
     def viscous_fits() -> dict[str, LocalFit]:
         report("fitting constant friction and friction with memory")
-        return _viscous(viscous, Hypothesis(problem, given=given), layout, laws[0], seed)
+        return _viscous(viscous, Hypothesis(problem, given=given), layout, models[0], seed)
 
     fits = shelf.once("viscous", viscous_fits, KINDS, known)
 
@@ -108,13 +108,13 @@ def fit_laws(
         out = {name: with_weights(one, weight) for name, one in fits.items()}
         for program, names, turns in (
             (viscous, (VISCOUS, MEMORY), MOST_TURNS),
-            (dry, tuple(law.name for law in listed), LAST_DRY_TURNS),
+            (dry, tuple(model.name for model in listed), LAST_DRY_TURNS),
         ):
             ends = settled(program, [out[name] for name in names], turns)
             out |= dict(zip(names, ends, strict=True))
         return out
 
-    return FittedModels(programs, laws, shelf.once("fits", last_fits, KINDS, known))
+    return FittedModels(programs, models, shelf.once("fits", last_fits, KINDS, known))
 
 
 def _viscous(
@@ -122,7 +122,7 @@ def _viscous(
 ) -> dict[str, LocalFit]:
     """Fits with memory, and without; with memory once more from the fit without.
 
-    A law that contains another is never the worse for it: where its own starts have led nowhere,
+    A model that contains another is never the worse for it: where its own starts have led nowhere,
     that of the other does.
     """
     memory = _best(program, prior_starts(hypothesis, layout, STARTS, seed))
@@ -142,7 +142,7 @@ def _best(program: Program, points: Sequence[Point]) -> LocalFit:
 
 
 def _dry(program: Program, begun: Sequence[tuple[str, Point]]) -> dict[str, LocalFit]:
-    """The best end of each law."""
+    """The best end of each model."""
     here = expand(program, [point for _, point in begun])
     ends = descended(program, here, FIRST_DRY_TURNS)
     found: dict[str, LocalFit] = {}

@@ -1,8 +1,8 @@
-"""The laws of friction that are compared, and the model without any of them.
+"""The models of friction that are compared, and the model without any of them.
 
 All stand on viscous friction. Dry friction comes beside what the spec's model has of it: a constant
 coefficient, or one with memory where the spec names `frequency-dependent-friction`. One program
-simulates all of dry friction: Stribeck's law is that of bristles of the rig's presliding bending
+simulates all of dry friction: Stribeck's model is that of bristles of the rig's presliding bending
 without damping, Coulomb's is Stribeck's without excess.
 """
 
@@ -37,11 +37,11 @@ WITHIN = {VISCOUS: (), COULOMB: (VISCOUS,), STRIBECK: (VISCOUS, COULOMB), SEAL: 
 
 @dataclasses.dataclass(frozen=True)
 class FrictionModel:
-    """One law of friction.
+    """One model of friction.
 
     - `name`: that of its effect. - `memory`: whether a coefficient with memory is part of it.
-    - `dry`: what stands for it in the program of dry friction, None for viscous laws.
-    - `held`: numbers of the program, by label, that the law has at a value.
+    - `dry`: what stands for it in the program of dry friction, None for viscous models.
+    - `held`: numbers of the program, by label, that the model has at a value.
     """
 
     name: str
@@ -57,12 +57,12 @@ class FrictionModel:
 
     @property
     def effects(self) -> tuple[str, ...]:
-        """Effects of friction that a spec of this law names."""
+        """Effects of friction that a spec of this model names."""
         memory = (MEMORY,) if self.memory else ()
         return (VISCOUS, *memory, *((self.name,) if self.dry is not None else ()))
 
     def contains(self, other: "FrictionModel") -> bool:
-        """Whether another law is a limit of this one."""
+        """Whether another model is a limit of this one."""
         if self.name == other.name or other.memory > self.memory:
             return False
         simpler = VISCOUS if other.dry is None else other.name
@@ -72,7 +72,7 @@ class FrictionModel:
 def without_friction(spec: Spec) -> Spec:
     """Return the spec with viscous friction and memory as its only friction, everywhere alike.
 
-    A coefficient that varies by kind of record is no law but a stopgap for one; it goes.
+    A coefficient that varies by kind of record is no model but a stopgap for one; it goes.
     """
     model = spec.model
     kept = [name for name in model.effects if name not in NAMES or name in (VISCOUS, MEMORY)]
@@ -86,8 +86,8 @@ def without_friction(spec: Spec) -> Spec:
     return spec.model_copy(update={"model": model.model_copy(update=changes)})
 
 
-def laws(spec: Spec, problem: Problem) -> tuple[FrictionModel, ...]:
-    """List the laws for a spec, the simplest first; `problem` is that of `without_friction`."""
+def models(spec: Spec, problem: Problem) -> tuple[FrictionModel, ...]:
+    """List the models for a spec, the simplest first; `problem` is that of `without_friction`."""
     memory = MEMORY in spec.model.effects
     still = quiet_values(CATALOGUE[MEMORY])
     none = {} if memory else still
@@ -105,9 +105,9 @@ def laws(spec: Spec, problem: Problem) -> tuple[FrictionModel, ...]:
     )
 
 
-def amplitude_labels(law: FrictionModel, given: Mapping[str, AbstractPrior]) -> tuple[str, ...]:
-    """Labels of the numbers that bring a law in beside viscous friction."""
-    effects = [CATALOGUE[name] for name in law.effects if name != VISCOUS]
+def amplitude_labels(model: FrictionModel, given: Mapping[str, AbstractPrior]) -> tuple[str, ...]:
+    """Labels of the numbers that bring a model in beside viscous friction."""
+    effects = [CATALOGUE[name] for name in model.effects if name != VISCOUS]
     return tuple(
         label
         for effect in effects

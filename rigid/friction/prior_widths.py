@@ -16,36 +16,36 @@ SIZE, WIDTH = 3.0, 2.0
 AS_STATED = "as stated"
 
 
-def sized(law: AbstractPrior, factor: float) -> AbstractPrior:
+def sized(prior: AbstractPrior, factor: float) -> AbstractPrior:
     """Return the prior of `factor` times the quantity."""
-    if isinstance(law, Lognormal):
-        return Lognormal(law.median * factor, law.factor)
-    if isinstance(law, Normal):
-        return Normal(law.mean * factor, law.sd * factor)
-    if isinstance(law, TruncatedNormal):
-        return TruncatedNormal(*(factor * v for v in (law.mean, law.sd, law.low, law.high)))
-    if isinstance(law, Uniform | LogUniform):
-        return dataclasses.replace(law, low=law.low * factor, high=law.high * factor)
-    return law
+    if isinstance(prior, Lognormal):
+        return Lognormal(prior.median * factor, prior.factor)
+    if isinstance(prior, Normal):
+        return Normal(prior.mean * factor, prior.sd * factor)
+    if isinstance(prior, TruncatedNormal):
+        return TruncatedNormal(*(factor * v for v in (prior.mean, prior.sd, prior.low, prior.high)))
+    if isinstance(prior, Uniform | LogUniform):
+        return dataclasses.replace(prior, low=prior.low * factor, high=prior.high * factor)
+    return prior
 
 
-def spread(law: AbstractPrior, factor: float) -> AbstractPrior:
-    """Return the prior with `factor` times the width: of the logarithm, of a lognormal law.
+def spread(prior: AbstractPrior, factor: float) -> AbstractPrior:
+    """Return the prior with `factor` times the width: of the logarithm, of a lognormal prior.
 
-    Laws between two bounds stay as they are.
+    Priors between two bounds stay as they are.
     """
-    if isinstance(law, Lognormal):
-        return Lognormal(law.median, law.factor**factor)
-    if isinstance(law, Normal):
-        return Normal(law.mean, law.sd * factor)
-    return law
+    if isinstance(prior, Lognormal):
+        return Lognormal(prior.median, prior.factor**factor)
+    if isinstance(prior, Normal):
+        return Normal(prior.mean, prior.sd * factor)
+    return prior
 
 
 VARIANTS: dict[str, Callable[[AbstractPrior], AbstractPrior]] = {
-    AS_STATED: lambda law: law,
-    "3 times the size": lambda law: sized(law, SIZE),
-    "a third of the size": lambda law: sized(law, 1.0 / SIZE),
-    "twice the width": lambda law: spread(law, WIDTH),
-    "half the width": lambda law: spread(law, 1.0 / WIDTH),
+    AS_STATED: lambda prior: prior,
+    "3 times the size": lambda prior: sized(prior, SIZE),
+    "a third of the size": lambda prior: sized(prior, 1.0 / SIZE),
+    "twice the width": lambda prior: spread(prior, WIDTH),
+    "half the width": lambda prior: spread(prior, 1.0 / WIDTH),
 }
 """What is done to the prior of every amplitude, by name."""

@@ -1,4 +1,4 @@
-"""Where the laws begin: settings of their numbers through the priors, all else adjusted to each."""
+"""Where the models begin: settings of their numbers through the priors, all else adjusted."""
 
 import dataclasses
 from collections.abc import Mapping, Sequence
@@ -22,7 +22,7 @@ from rigid.localfit.signature import reads
 LEVELS = (-2.5, 0.0)
 """Quantiles of an amplitude's prior at which records are simulated; else it is in proportion."""
 SHAPES = {0: 1, 2: 2, 4: 3}
-"""Settings of the rest of a law's numbers, by how many there are."""
+"""Settings of the rest of a model's numbers, by how many there are."""
 BRANCH = "mu_branch"
 """Name of the branches' friction."""
 SLIGHT = -2.5
@@ -43,10 +43,10 @@ def prior_starts(hypothesis: Hypothesis, layout: Layout, count: int, seed: int) 
 
 
 def memory_starts(constant: LocalFit, like: LocalFit) -> list[Point]:
-    """Places at which the law with memory may begin, after a fit without.
+    """Places at which the model with memory may begin, after a fit without.
 
-    - `like`: the law with memory anywhere. Branches are as small as SLIGHT says, what they carry is
-      taken off the constant coefficient.
+    - `like`: the model with memory anywhere. Branches are as small as SLIGHT says, what they carry
+      is taken off the constant coefficient.
     """
     new, old = like.hypothesis, constant.hypothesis
     known = dict(zip(old.labels, constant.w[: len(old.labels)], strict=True))
@@ -61,24 +61,24 @@ def memory_starts(constant: LocalFit, like: LocalFit) -> list[Point]:
 
 
 class ModelSetting(NamedTuple):
-    """A law at one setting of its own numbers: quantiles of their priors, by label."""
+    """A model at one setting of its own numbers: quantiles of their priors, by label."""
 
     model: FrictionModel
     numbers: Mapping[str, float]
 
 
 class Starts(NamedTuple):
-    """Places to begin at, by law, the best first; changes (n, jobs) of every sample by all jobs."""
+    """Places to begin at, by model, the best first; changes (n, jobs) of every sample."""
 
     points: Mapping[str, list[Point]]
     changes: np.ndarray
 
 
-def constant_starts(memory: LocalFit, law: FrictionModel) -> list[Point]:
-    """Places at which the constant law may begin, after a fit with memory."""
+def constant_starts(memory: LocalFit, model: FrictionModel) -> list[Point]:
+    """Places at which the constant model may begin, after a fit with memory."""
     old = memory.hypothesis
-    new = dataclasses.replace(old, held=dict(law.held))
-    own = np.array([label not in law.held for label in old.labels])
+    new = dataclasses.replace(old, held=dict(model.held))
+    own = np.array([label not in model.held for label in old.labels])
     sensors = np.ones(len(memory.w) - len(own), dtype=bool)
     w = memory.w[np.concatenate([own, sensors])]
     values = {k: v for k, (v, _) in old.values(memory.w).items()}
@@ -91,10 +91,10 @@ def constant_starts(memory: LocalFit, law: FrictionModel) -> list[Point]:
     return out
 
 
-def of_law(base: Hypothesis, law: FrictionModel) -> Hypothesis:
-    """The hypothesis of a law of dry friction, from that of the model without any."""
-    assert law.dry is not None
-    return dataclasses.replace(base, added=(law.dry,), held=dict(base.held) | dict(law.held))
+def of_law(base: Hypothesis, model: FrictionModel) -> Hypothesis:
+    """The hypothesis of a model of dry friction, from that of the model without any."""
+    assert model.dry is not None
+    return dataclasses.replace(base, added=(model.dry,), held=dict(base.held) | dict(model.held))
 
 
 def dry_starts(
@@ -102,33 +102,35 @@ def dry_starts(
 ) -> Starts:
     """The best points to begin at beside a fit without dry friction.
 
-    - `family`: the program that holds the laws. - `most`: how many of each; 1 where not said.
+    - `family`: the program that holds the models. - `most`: how many of each; 1 where not said.
 
     Each setting is simulated at LEVELS of its amplitude; all other numbers follow by the parabola
     around `base`, and so does the amplitude away from the levels.
     """
-    hypotheses = {law.name: of_law(base.hypothesis, law) for law in listed}
-    jobs = [ModelSetting(law, z) for law in listed for z in _settings(hypotheses[law.name], law)]
+    hypotheses = {model.name: of_law(base.hypothesis, model) for model in listed}
+    jobs = [
+        ModelSetting(model, z) for model in listed for z in _settings(hypotheses[model.name], model)
+    ]
     changes = _changes(base, family, [(hypotheses[j.model.name], j) for j in jobs])
     solved = cho_factor(base.information)
-    points: dict[str, list[tuple[float, Point]]] = {law.name: [] for law in listed}
+    points: dict[str, list[tuple[float, Point]]] = {model.name: [] for model in listed}
     for job, change in zip(jobs, changes.T, strict=True):
         hypothesis = hypotheses[job.model.name]
         shared = base.design.T @ (base.terms.curvature * change)
         slope = change @ base.terms.score - shared @ cho_solve(solved, base.gradient)
         curvature = change @ (base.terms.curvature * change) - shared @ cho_solve(solved, shared)
         label = amplitude_labels(job.model, hypothesis.given)[-1]
-        law = next(p.prior for p in hypothesis.parameters if p.label == label)
-        size = float(law.from_standard(job.numbers[label]))
-        best = most_probable(slope / size, curvature / size**2, amplitudes(law, 0.0))
-        share = float(law.from_standard(best)) / size
+        prior = next(p.prior for p in hypothesis.parameters if p.label == label)
+        size = float(prior.from_standard(job.numbers[label]))
+        best = most_probable(slope / size, curvature / size**2, amplitudes(prior, 0.0))
+        share = float(prior.from_standard(best)) / size
         numbers = dict(job.numbers) | {label: best}
         moved = base.w + cho_solve(solved, base.gradient - share * shared)
         sensors = len(base.layout.problem.sensors)
         w = widened(moved, sensors, numbers.values())
         point = Point(hypothesis, base.layout, w, base.z_noise)
-        prior = 0.5 * sum(z * z for z in numbers.values())
-        points[job.model.name].append((share * slope - 0.5 * share**2 * curvature - prior, point))
+        cost = 0.5 * sum(z * z for z in numbers.values())
+        points[job.model.name].append((share * slope - 0.5 * share**2 * curvature - cost, point))
     ranked = {name: sorted(p, key=lambda one: -one[0]) for name, p in points.items()}
     return Starts({n: [p for _, p in r[: most.get(n, 1)]] for n, r in ranked.items()}, changes)
 
@@ -139,10 +141,10 @@ def _own(hypothesis: Hypothesis) -> list[Parameter]:
     return [p for p in hypothesis.brought_by(effect) if p.label not in hypothesis.held]
 
 
-def _settings(hypothesis: Hypothesis, law: FrictionModel) -> list[dict[str, float]]:
-    """Quantiles of a law's own numbers, by label, in the order of its parameters."""
+def _settings(hypothesis: Hypothesis, model: FrictionModel) -> list[dict[str, float]]:
+    """Quantiles of a model's own numbers, by label, in the order of its parameters."""
     labels = [p.label for p in _own(hypothesis)]
-    amplitude = amplitude_labels(law, hypothesis.given)[-1]
+    amplitude = amplitude_labels(model, hypothesis.given)[-1]
     free = [label for label in labels if label != amplitude]
     shapes = even_settings(len(free), SHAPES[len(free)], 0)
     return [
@@ -160,8 +162,8 @@ def _changes(
     every = dict(family.quiet) | base.hypothesis.constants() | here
     lanes = [every]
     for hypothesis, job in jobs:
-        laws = {p.label: p.prior for p in _own(hypothesis)}
-        own = {k: float(laws[k].from_standard(z)) for k, z in job.numbers.items()}
+        priors = {p.label: p.prior for p in _own(hypothesis)}
+        own = {k: float(priors[k].from_standard(z)) for k, z in job.numbers.items()}
         lanes.append(every | dict(hypothesis.held) | own)
     values = {k: np.array([lane[k] for lane in lanes]) for k in every}
     reading = flat_readings(base.layout, read(family, values))

@@ -1,4 +1,4 @@
-"""The law over the modes fitted to what weighted draws of it say of the posterior."""
+"""The proposal over the modes fitted to what weighted draws of it say of the posterior."""
 
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ EVEN = 0.2
 
 
 class Weighted(NamedTuple):
-    """Draws z (n, d) of a law, and the log of the weight (n,) each has for the posterior."""
+    """Draws z (n, d) of a proposal, and the log of the weight (n,) each has for the posterior."""
 
     z: NDArray[np.float64]
     log_weight: NDArray[np.float64]
@@ -32,63 +32,63 @@ class Weighted(NamedTuple):
         return kish(self.weight) / len(self.weight) if some else 0.0
 
 
-def drawn(log_prob: LogProb, law: MixtureProposal, rng: Random, draws: int) -> Weighted:
-    """Draw of a law and weigh for a posterior; where that is no number the weight is nothing.
+def drawn(log_prob: LogProb, proposal: MixtureProposal, rng: Random, draws: int) -> Weighted:
+    """Draw of a proposal and weigh for a posterior; where that is no number the weight is nothing.
 
     - log_prob: (n, d) -> (n,), unnormalised log posterior
     """
-    z = law.sample(rng, draws)
+    z = proposal.sample(rng, draws)
     raw = np.asarray(log_prob(z), dtype=float)
     finite = np.isfinite(raw)
-    return Weighted(z, np.where(finite, raw, -np.inf) - law.log_density(z))
+    return Weighted(z, np.where(finite, raw, -np.inf) - proposal.log_density(z))
 
 
 def adapted(
     log_prob: LogProb, first: MixtureProposal, rng: Random, draws: int, dof: float
 ) -> MixtureProposal:
-    """Fit a law to a posterior, from as many rounds of draws as it takes, ROUNDS at most.
+    """Fit a proposal to a posterior, from as many rounds of draws as it takes, ROUNDS at most.
 
-    - log_prob: (n, d) -> (n,), unnormalised log posterior. - first: law around its modes.
-    - draws: in each round. - dof: of the new law.
+    - log_prob: (n, d) -> (n,), unnormalised log posterior. - first: proposal around its modes.
+    - draws: in each round. - dof: of the new proposal.
 
-    One round is enough where the weights of its draws are even. Else each draws of the law fitted
-    to all draws before, weighted by the mixture of the laws that they came from, and the law whose
-    own draws had the most even weights is taken.
+    One round is enough where the weights of its draws are even. Else each draws of the proposal
+    fitted to all draws before, weighted by the mixture of the proposals that they came from, and
+    the proposal whose own draws had the most even weights is taken.
 
     Source: Cornuet et al. (2012), adaptive multiple importance sampling.
     """
-    laws, shares = [first], []
+    proposals, shares = [first], []
     z, raw = np.empty((0, first.dimension)), np.empty(0)
     for _ in range(ROUNDS):
-        fresh = drawn(log_prob, laws[-1], rng, draws)
+        fresh = drawn(log_prob, proposals[-1], rng, draws)
         z = np.concatenate([z, fresh.z])
-        raw = np.concatenate([raw, fresh.log_weight + laws[-1].log_density(fresh.z)])
-        mixed = np.logaddexp.reduce([law.log_density(z) for law in laws], axis=0)
+        raw = np.concatenate([raw, fresh.log_weight + proposals[-1].log_density(fresh.z)])
+        mixed = np.logaddexp.reduce([proposal.log_density(z) for proposal in proposals], axis=0)
         shares.append(fresh.even)
-        laws.append(fitted(first, Weighted(z, raw - mixed), dof))
+        proposals.append(fitted(first, Weighted(z, raw - mixed), dof))
         if shares[-1] >= EVEN:
-            return laws[-1]
-    return laws[int(np.argmax(shares))]
+            return proposals[-1]
+    return proposals[int(np.argmax(shares))]
 
 
-def fitted(law: MixtureProposal, found: Weighted, dof: float) -> MixtureProposal:
-    """Move and stretch a law, along the axes of which its draws say that they must be.
+def fitted(proposal: MixtureProposal, found: Weighted, dof: float) -> MixtureProposal:
+    """Move and stretch a proposal, along the axes of which its draws say that they must be.
 
-    - found: drawn from it. - dof: of the new law.
+    - found: drawn from it. - dof: of the new proposal.
 
-    The law around a best fit knows the curvature there only; along a bend of the posterior, as that
-    of k_LC against k_frame, it can be half as wide as the posterior.
+    The proposal around a best fit knows the curvature there only; along a bend of the posterior, as
+    that of k_LC against k_frame, it can be half as wide as the posterior.
     """
     if not np.any(np.isfinite(found.log_weight)):
-        return law
-    shares = law.responsibilities(found.z) * found.weight[:, None]
-    modes = tuple(_moved(m, found.z, s) for m, s in zip(law.modes, shares.T, strict=True))
+        return proposal
+    shares = proposal.responsibilities(found.z) * found.weight[:, None]
+    modes = tuple(_moved(m, found.z, s) for m, s in zip(proposal.modes, shares.T, strict=True))
     weights = np.maximum(shares.sum(axis=0) / shares.sum(), LEAST_WEIGHT)
     return MixtureProposal(modes, weights, dof)
 
 
 def _moved(mode: Mode, z: NDArray[np.float64], weight: NDArray[np.float64]) -> Mode:
-    """One mode's law made to fit.
+    """One mode's proposal made to fit.
 
     In its own units the draws have the identity as covariance where it is right, and eigenvalues
     between (1 - sqrt(d/n))^2 and (1 + sqrt(d/n))^2 from chance alone (Marchenko and Pastur 1967),

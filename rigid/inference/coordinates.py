@@ -122,12 +122,12 @@ def chart_of(problem: Problem) -> Chart:
     names, sums = list(problem.parameters.labels), []
     for total, parts in _sums(problem):
         places = np.array([problem.parameters.index(p.label) for p in parts])
-        laws = [p.prior for p in parts if isinstance(p.prior, Lognormal)]
+        priors = [p.prior for p in parts if isinstance(p.prior, Lognormal)]
         sums.append(
             Sum(
                 places,
-                np.log([float(law.median) for law in laws]),
-                np.log([float(law.factor) for law in laws]),
+                np.log([float(prior.median) for prior in priors]),
+                np.log([float(prior.factor) for prior in priors]),
             )
         )
         names[places[0]] = total

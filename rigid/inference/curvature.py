@@ -1,7 +1,7 @@
-"""The Gaussian law around an optimum from the curvature of the log-posterior itself.
+"""The Gaussian proposal around an optimum from the curvature of the log-posterior itself.
 
 A search makes its steps with the information matrix, which leaves out how the simulation bends
-and holds the noise levels. Where a model misses something, that law is several times too wide:
+and holds the noise levels. Where a model misses something, that proposal is several times too wide:
 here it is taken from differences of the log-posterior over one standard deviation, so that it
 also takes in how the posterior bends between there and the optimum.
 """
@@ -16,15 +16,15 @@ from rigid.inference.search import Found, Optimum
 from rigid.likelihood.problem import log_density
 
 STEP = 1.0
-"""Of the differences, in standard deviations of the law known so far."""
+"""Of the differences, in standard deviations of the proposal known so far."""
 LEAST, MOST = 0.04, 400.0
-"""Curvatures are kept between these, as multiples of that of the law known so far."""
+"""Curvatures are kept between these, as multiples of that of the proposal known so far."""
 
 Density = Callable[[np.ndarray], np.ndarray]
 
 
 def sharpened(found: Found) -> Found:
-    """Return a search with the law around each optimum made anew, best optimum first."""
+    """Return a search with the proposal around each optimum made anew, best optimum first."""
     chart = chart_of(found.problem)
     density = chart.density(lambda z: log_density(found.problem, z))
     optima = [
@@ -46,7 +46,7 @@ def _stepped(density: Density, optimum: Optimum) -> Optimum:
     curvature = np.clip(curvature, LEAST, MOST)
     covariance = factor @ (axes / curvature) @ axes.T @ factor.T
     step = factor @ (axes @ ((axes.T @ slope) / curvature))
-    # Half of the step and less, too: the law is Gaussian nearly, not quite.
+    # Half of the step and less, too: the proposal is Gaussian nearly, not quite.
     shares = np.array([1.0, 0.5, 0.25])
     tried = density(optimum.z + shares[:, None] * step)
     best = int(np.argmax(np.where(np.isfinite(tried), tried, -np.inf)))

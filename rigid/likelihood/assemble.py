@@ -183,8 +183,8 @@ def _stated(spec: Spec, one: Parameter) -> Parameter:
     """Return a parameter with the spec's prior for its label or its name, where it states one."""
     for name in (one.label, one.base):
         if name in spec.priors:
-            law = spec.priors[name]
-            stated = make_prior(law.law, law.arguments, f"{spec.path} [priors] {name}")
+            prior = spec.priors[name]
+            stated = make_prior(prior.law, prior.arguments, f"{spec.path} [priors] {name}")
             return dataclasses.replace(one, prior=stated)
     return one
 
@@ -193,8 +193,8 @@ def given_priors(spec: Spec) -> dict[str, AbstractPrior]:
     """Priors that a spec states itself, by label."""
     made = together(
         *(
-            partial(make_prior, law.law, law.arguments, f"{spec.path} [priors] {name}")
-            for name, law in spec.priors.items()
+            partial(make_prior, prior.law, prior.arguments, f"{spec.path} [priors] {name}")
+            for name, prior in spec.priors.items()
         )
     )
     return dict(zip(spec.priors, made, strict=True))
@@ -226,12 +226,12 @@ def _physical(
                     yield from _spread(spec, dataclasses.replace(one, **own), tracks)
 
 
-def of_effect(info: ParameterInfo, label: str, law: AbstractPrior) -> Parameter:
+def of_effect(info: ParameterInfo, label: str, prior: AbstractPrior) -> Parameter:
     """Return one number of an effect: `mu`, or of several `mu_branch[1]`."""
     number = str(1 + info.labels.index(label)) if len(info.labels) > 1 else ""
     places = (number,) if number else ()
     return Parameter(
-        label, info.symbol, info.unit, law, name=info.name, places=places, number=number
+        label, info.symbol, info.unit, prior, name=info.name, places=places, number=number
     )
 
 
@@ -264,17 +264,17 @@ def pump_angles(
 ) -> list[Parameter]:
     """Angles at which records found the pump where effects beat with it: all angles are alike."""
     listed = tuple(tracks)
-    labels, law = beating(effects, listed), _described(ANY_ANGLE)
+    labels, prior = beating(effects, listed), _described(ANY_ANGLE)
     found: dict[str, Parameter] = {}
     for t in (t for t in listed if t.label in labels):
         shared = labels[t.label] == f"{PUMP_ANGLE}[{t.name}]"
         places = (t.name,) if shared else (t.name, t.cylinder)
-        found[labels[t.label]] = of_record(PUMP_ANGLE, places, r"\varphi_\mathrm{r}", "rad", law)
+        found[labels[t.label]] = of_record(PUMP_ANGLE, places, r"\varphi_\mathrm{r}", "rad", prior)
     return list(found.values())
 
 
 def of_record(
-    name: str, places: tuple[str, ...], symbol: str, unit: str, law: AbstractPrior
+    name: str, places: tuple[str, ...], symbol: str, unit: str, prior: AbstractPrior
 ) -> Parameter:
     """Return a number of a record's own.
 
@@ -283,7 +283,7 @@ def of_record(
     record, cylinder = (*places[:2], "")[:2]
     label = f"{name}[{','.join(places)}]"
     return Parameter(
-        label, symbol, unit, law, name=name, places=places, record=record, cylinder=cylinder
+        label, symbol, unit, prior, name=name, places=places, record=record, cylinder=cylinder
     )
 
 
@@ -299,18 +299,18 @@ def _local(spec: Spec, track: Track) -> Iterator[Parameter]:
     record = next(r for r in spec.records if (r.name, r.cylinder) == (track.name, track.cylinder))
     assert record.preload is not None  # a spec states one for every release
     preload = {"mean": record.preload.value, "sd": record.preload.sd}
-    law = make_prior("normal", preload, f"preload[{track.label}]")
-    yield _stated(spec, of_record("preload", own, r"F_0", "N", law))
+    prior = make_prior("normal", preload, f"preload[{track.label}]")
+    yield _stated(spec, of_record("preload", own, r"F_0", "N", prior))
     lasts = _duration(spec, own)
-    law = _release_law(record.release_time, track, bool(lasts))
-    yield _stated(spec, of_record("release_time", own, r"t_0", "s", law))
+    prior = _release_law(record.release_time, track, bool(lasts))
+    yield _stated(spec, of_record("release_time", own, r"t_0", "s", prior))
     yield from lasts
 
 
 def _duration(spec: Spec, own: tuple[str, ...]) -> list[Parameter]:
     """How long the strap of a release takes to let go, where the spec has a prior for it."""
-    law = make_prior("fixed", {"value": 0.0}, "release_duration")
-    one = of_record("release_duration", own, r"d_0", "s", law)
+    prior = make_prior("fixed", {"value": 0.0}, "release_duration")
+    one = of_record("release_duration", own, r"d_0", "s", prior)
     return [_stated(spec, one)] if spec.priors.keys() & {one.label, one.base} else []
 
 
@@ -318,9 +318,9 @@ def _shape_of_straps(spec: Spec, local: Iterable[Parameter]) -> list[Parameter]:
     """How abruptly straps begin and end to let go, where one of them takes its time."""
     if not any(p.base == "release_duration" for p in local):
         return []
-    law = _described(STRAP_PRIOR)
+    prior = _described(STRAP_PRIOR)
     symbols = {"release_begin": "a_0", "release_end": "b_0"}
-    return [_stated(spec, Parameter(name, s, "1", law)) for name, s in symbols.items()]
+    return [_stated(spec, Parameter(name, s, "1", prior)) for name, s in symbols.items()]
 
 
 def _release_law(given, track: Track, lasting: bool) -> AbstractPrior:
@@ -355,8 +355,8 @@ def _noise(
     )
     for quantity, cylinder in seen:
         label = f"noise[{quantity},{cylinder}]"
-        prior = {"median": spec.sensors[quantity].noise, "factor": NOISE_FACTOR}
-        law, places = make_prior("lognormal", prior, label), (quantity, cylinder)
+        stated = {"median": spec.sensors[quantity].noise, "factor": NOISE_FACTOR}
+        prior, places = make_prior("lognormal", stated, label), (quantity, cylinder)
         yield _stated(spec, Parameter(
-            label, r"\sigma", UNITS[quantity], law, name="noise", places=places, cylinder=cylinder
+            label, r"\sigma", UNITS[quantity], prior, name="noise", places=places, cylinder=cylinder
         ))  # fmt: skip

@@ -19,9 +19,9 @@ STRENGTHS = np.geomspace(2.0, 30.0, 9)
 """Strengths that a hidden force may have, all as probable: their sum in squares."""
 
 
-def amplitudes(law: AbstractPrior, absent: float) -> np.ndarray:
+def amplitudes(prior: AbstractPrior, absent: float) -> np.ndarray:
     """Departures of an amplitude from where it is absent, at STANDARD."""
-    return np.asarray(law.from_standard(STANDARD)) - absent
+    return np.asarray(prior.from_standard(STANDARD)) - absent
 
 
 def log_bayes(slope: ArrayLike, information: ArrayLike, departures: np.ndarray) -> np.ndarray:

@@ -47,8 +47,8 @@ class Hypothesis:
     ) -> "Hypothesis":
         """Return the model with one more effect, and more priors that are given."""
         confined = dict(self.only) | ({effect.name: only} if only else {})
-        laws = dict(self.given) | dict(given or {})
-        return dataclasses.replace(self, added=(*self.added, effect), only=confined, given=laws)
+        priors = dict(self.given) | dict(given or {})
+        return dataclasses.replace(self, added=(*self.added, effect), only=confined, given=priors)
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -64,9 +64,9 @@ class Hypothesis:
         """
         angles = pump_angles([effect], self.problem.tracks)
         own = [
-            of_effect(info, label, law)
-            for label, (info, law) in priors_of(effect, self.given).items()
-            if not law.known
+            of_effect(info, label, prior)
+            for label, (info, prior) in priors_of(effect, self.given).items()
+            if not prior.known
         ]
         return own + [
             dataclasses.replace(p, prior=self.given.get(p.label, p.prior)) for p in angles
@@ -93,8 +93,8 @@ class Hypothesis:
     def values(self, w: np.ndarray) -> dict[str, tuple[float, float]]:
         """SI value and its slope by w of each parameter, by label."""
         w, out = np.asarray(w), {}
-        for members, law in self._alike:
-            value, slope = _placed(law, jnp.asarray(w[members]))
+        for members, prior in self._alike:
+            value, slope = _placed(prior, jnp.asarray(w[members]))
             for i, v, s in zip(members, value.tolist(), slope.tolist(), strict=True):
                 out[self.labels[i]] = v, s
         return out
@@ -105,9 +105,9 @@ class Hypothesis:
         kinds: dict[type[AbstractPrior], list[int]] = {}
         for i, p in enumerate(self.parameters):
             kinds.setdefault(type(p.prior), []).append(i)
-        laws = [[self.parameters[i].prior for i in members] for members in kinds.values()]
-        together = [jax.tree.map(lambda *a: np.stack(a), *one) for one in laws]
-        return [(np.array(m), law) for m, law in zip(kinds.values(), together, strict=True)]
+        priors = [[self.parameters[i].prior for i in members] for members in kinds.values()]
+        together = [jax.tree.map(lambda *a: np.stack(a), *one) for one in priors]
+        return [(np.array(m), prior) for m, prior in zip(kinds.values(), together, strict=True)]
 
     def constants(self) -> dict[str, float]:
         """SI values of what is known or held, and of noise levels' places."""
@@ -146,8 +146,8 @@ class Hypothesis:
 
     def sigmas(self, z_noise: np.ndarray) -> np.ndarray:
         """Noise level of every sensor (sensors,) [SI]."""
-        laws = [p for p in self.problem.parameters.sampled if p.base == "noise"]
-        placed = zip(laws, np.asarray(z_noise), strict=True)
+        priors = [p for p in self.problem.parameters.sampled if p.base == "noise"]
+        placed = zip(priors, np.asarray(z_noise), strict=True)
         level = self._known | {
             p.label: float(_placed(p.prior, jnp.asarray(z))[0]) for p, z in placed
         }
@@ -155,9 +155,9 @@ class Hypothesis:
 
 
 @eqx.filter_jit
-def _placed(law: AbstractPrior, z: Array) -> tuple[Array, Array]:
+def _placed(prior: AbstractPrior, z: Array) -> tuple[Array, Array]:
     """Value of a law at standard normal z, and its slope by it."""
-    return jax.jvp(law.from_standard, (z,), (jnp.ones_like(z),))
+    return jax.jvp(prior.from_standard, (z,), (jnp.ones_like(z),))
 
 
 def start(problem: Problem, z: np.ndarray, standard: np.ndarray) -> np.ndarray:

@@ -77,17 +77,17 @@ def _levels(sheet: SensorSheet, residual: Array, weight: Array, sigma: Array) ->
 def fitted_noise(local: LocalFit) -> np.ndarray:
     """Most probable noise levels, on the scale of their priors (levels,), the rest held."""
     problem, layout = local.layout.problem, local.layout
-    laws = {p.label: p.prior for p in problem.parameters.sampled if p.base == "noise"}
-    total = dict.fromkeys(laws, -0.5 * NOISE_GRID**2)
+    priors = {p.label: p.prior for p in problem.parameters.sampled if p.base == "noise"}
+    total = dict.fromkeys(priors, -0.5 * NOISE_GRID**2)
     sheets = [piece.sheet for piece in problem.pieces for _ in piece.tracks]
     for number, (channel, sheet) in enumerate(zip(layout.channels, sheets, strict=True)):
         label = f"noise[{channel.sensor}]"
-        if label in laws:
+        if label in priors:
             rows = layout.channel == number
-            sigma = laws[label].from_standard(jnp.asarray(NOISE_GRID))
+            sigma = priors[label].from_standard(jnp.asarray(NOISE_GRID))
             residual, weight = jnp.asarray(local.residual[rows]), jnp.asarray(layout.weight[rows])
             total[label] = total[label] + np.asarray(_levels(sheet, residual, weight, sigma))
-    return np.array([_peak(total[label]) for label in laws])
+    return np.array([_peak(total[label]) for label in priors])
 
 
 def _peak(height: np.ndarray) -> float:

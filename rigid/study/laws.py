@@ -8,7 +8,7 @@ from typing import Any
 
 from rigid.friction.comparison import Comparison, compare, next_record
 from rigid.friction.fits import fit_laws
-from rigid.friction.models import laws
+from rigid.friction.models import models
 from rigid.inference.calibrate import fingerprint
 from rigid.inference.reference_check import SolverCheck
 from rigid.io.cache import Shelf
@@ -81,7 +81,7 @@ def compare_laws(
     shelf = Shelf(None if options.out is None else options.out / KEPT, mark, options.resume)
     fitted = fit_laws(
         problem,
-        laws(spec, problem),
+        models(spec, problem),
         given_priors(spec),
         seed,
         lambda text: say(options, text),

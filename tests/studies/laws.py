@@ -144,7 +144,7 @@ def compared(spec_path: Path, law: str, seed: int, settings: str) -> dict:
     """
     from rigid.friction.comparison import compare
     from rigid.friction.fits import fit_laws
-    from rigid.friction.models import laws, without_friction
+    from rigid.friction.models import models, without_friction
     from rigid.likelihood.assemble import assemble, given_priors
     from rigid.records.read import read_records
     from rigid.report.laws.output import as_dict
@@ -160,7 +160,7 @@ def compared(spec_path: Path, law: str, seed: int, settings: str) -> dict:
             weights[piece.group, piece.quantity] = np.asarray(piece.weight) * stays
         problem = problem.with_weights(weights)
     began = time.monotonic(), time.process_time()
-    fitted = fit_laws(problem, laws(spec, problem), given_priors(spec), seed, lambda _: None)
+    fitted = fit_laws(problem, models(spec, problem), given_priors(spec), seed, lambda _: None)
     found = compare(fitted, seed)
     made = told(as_dict(spec, found, None, seed))
     again = replicates(fitted, law, seed) if settings == "three" else None

@@ -68,14 +68,14 @@ class Shift(AbstractHidden):
         """
         local, mean, covariance = found.local, found.mean, found.covariance
         at = local.hypothesis.labels.index(self.kind)
-        law, z = local.hypothesis.parameters[at].prior, local.w[at]
+        prior, z = local.hypothesis.parameters[at].prior, local.w[at]
         kinds = tuple(local.layout.kinds[int(number)] for number in found.own.centre)
         own = np.diag(covariance)
         first = int(np.argmin(own))
         away = mean - mean[first]
         sd = np.sqrt(np.maximum(own + own[first] - 2.0 * covariance[first], 0.0))
-        common = float(law.from_standard(z))
-        ratio, upper = (np.asarray(law.from_standard(z + d)) / common for d in (away, away + sd))
+        common = float(prior.from_standard(z))
+        ratio, upper = (np.asarray(prior.from_standard(z + d)) / common for d in (away, away + sd))
         reach = 1.645 * np.abs(upper - ratio)
         told = ", ".join(
             f"{r:.3g} +- {b:.2g} in {kind} records"
