@@ -273,9 +273,9 @@ def calibration(**changes):
         "key_numbers": key_numbers(),
         "parameters": parameters(),
         "products": (
-            c.ProductRow(
+            c.KeyNumber(
                 *("k_oil / L_0", r"k_{oil}/L_0", "Pa/m", 1.0e10, 5.2e7, 9.91e9, 1.009e10),
-                why="eq. (12) holds the two as a ratio only",
+                reading="eq. (12) holds the two as a ratio only",
             ),
         ),
         "alternatives": (

@@ -58,20 +58,6 @@ class ParameterShown(Summary):
 
 
 @dataclass(frozen=True)
-class ProductRow:
-    """A combination of parameters that the records identify better than its parts."""
-
-    name: str
-    symbol: str
-    unit: str
-    median: float
-    sd: float
-    q05: float
-    q95: float
-    why: str = ""
-
-
-@dataclass(frozen=True)
 class ModeRow:
     """A mode of the posterior; error is the Monte Carlo error of its weight.
 
@@ -243,6 +229,7 @@ class CalibrationContent(Content):
     """The section on a calibration, complete.
 
     - `usable`: false as soon as a check of weight failed.
+    - `products`: combinations of parameters that the records identify better than their parts.
     - `gap`: over all records; 1 is the floor.
     """
 
@@ -252,7 +239,7 @@ class CalibrationContent(Content):
     fits: tuple[ChannelFit, ...]
     records: tuple[RecordNote, ...]
     gap: float | None = None
-    products: tuple[ProductRow, ...] = ()
+    products: tuple[KeyNumber, ...] = ()
     alternatives: tuple[Alternative, ...] = ()
     modes: tuple[ModeRow, ...] = ()
     friction: FrictionCurve | None = None

@@ -216,19 +216,13 @@ def record_notes(done: Calibrated) -> tuple[page.RecordNote, ...]:
     )  # fmt: skip
 
 
-def products(done: Calibrated) -> tuple[page.ProductRow, ...]:
+def products(done: Calibrated) -> tuple[page.KeyNumber, ...]:
     """Combinations that the records identify better than their parts."""
     if not done.problem.of_the_rig:
         return ()
     ratio = done.values["k_oil"] / done.values["L_0"]
     why = "only k_oil/(L_0 + x) enters (eq. 21): the parts keep much of their priors"
-    out = [_product("k_oil / L_0", r"k_\mathrm{oil}/L_0", "Pa/m", ratio, why)]
-    return tuple(out)
-
-
-def _product(name: str, symbol: str, unit: str, values: np.ndarray, why: str) -> page.ProductRow:
-    low, middle, high = _quantiles(values)
-    return page.ProductRow(name, symbol, unit, middle, float(np.std(values)), low, high, why)
+    return (_key("k_oil / L_0", r"k_\mathrm{oil}/L_0", "Pa/m", ratio, reading=why),)
 
 
 def mode_rows(done: Calibrated) -> tuple[page.ModeRow, ...]:

@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.axes import Axes
 
+from rigid.plots.figure import Columns
 from rigid.published.walk.solving import Trajectory
 
 
@@ -15,6 +16,11 @@ def line(axes: Axes, time: np.ndarray, band: np.ndarray, colour: str, label: str
     """A line with its 90 % band; `band` (3, n): value, 5 %, 95 %."""
     axes.fill_between(time, band[1], band[2], color=colour, alpha=0.25, linewidth=0)
     axes.plot(time, band[0], color=colour, label=label)
+
+
+def band_of(found: Columns, name: str, unit: str, value: str = "") -> np.ndarray:
+    """Value, 5 % and 95 % (3, n) of what `columns` laid out; `value`: what the first is called."""
+    return np.stack([found[f"{name}{part} [{unit}]"] for part in (value, ", 5 %", ", 95 %")])
 
 
 def columns(name: str, unit: str, run: Trajectory, quantity: str) -> dict[str, np.ndarray]:

@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 
 from rigid.plots.figure import Columns, Drawn
 from rigid.plots.style import BLUE, GREY, ORANGE, VERMILION, house_style, new_figure, panel_title
+from rigid.report.paper.bands import band_of, line
 from rigid.report.paper.bands import columns as banded
-from rigid.report.paper.bands import line
 from rigid.report.paper.content import PaperContent
 
 PLACE = "figure-12"
@@ -45,10 +45,8 @@ def _figure(found: Columns, alphas: tuple[float, ...]) -> Figure:
         time = found["time [s]"]
         still = found["x_Pl, α = 0 [m]"]
         for alpha, colour in zip(alphas, COLOURS, strict=True):
-            keys = [f"load F_LC, α = {alpha:g}{part} [N]" for part in ("", ", 5 %", ", 95 %")]
-            line(
-                left, time, np.stack([found[key] for key in keys]) * 1e-3, colour, f"α = {alpha:g}"
-            )
+            band = band_of(found, f"load F_LC, α = {alpha:g}", "N")
+            line(left, time, band * 1e-3, colour, f"α = {alpha:g}")
             left.plot(
                 time, found[f"ice load, α = {alpha:g} [N]"] * 1e-3, color="black", linewidth=0.5
             )

@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 
 from rigid.plots.figure import Columns, Drawn
 from rigid.plots.style import BLUE, ORANGE, VERMILION, house_style, new_figure, panel_title
+from rigid.report.paper.bands import band_of, line, rounded
 from rigid.report.paper.bands import columns as banded
-from rigid.report.paper.bands import line, rounded
 from rigid.report.paper.content import PaperContent
 
 PLACE = "figure-10"
@@ -49,9 +49,8 @@ def _figure(found: Columns) -> Figure:
             left.plot(
                 time, found[f"load {name}, read [N]"] * 1e-3, color=colour, label=f"cylinder {name}"
             )
-            keys = (f"pressure {name}{part} [Pa]" for part in ("", ", 5 %", ", 95 %"))
-            line(right, time, np.stack([found[key] for key in keys]) * 1e-5, other,
-                 "constant κ" if name == "A" else "_")  # fmt: skip
+            label = "constant κ" if name == "A" else "_"
+            line(right, time, band_of(found, f"pressure {name}", "Pa") * 1e-5, other, label)
             right.plot(
                 time, found[f"pressure {name}, read [Pa]"] * 1e-5, ".", color=colour,
                 markersize=1.8, label=f"gauge of {name}",

@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 
 from rigid.plots.figure import Columns, Drawn
 from rigid.plots.style import BLUE, GREY, ORANGE, VERMILION, house_style, new_figure, panel_title
+from rigid.report.paper.bands import band_of, line, rounded
 from rigid.report.paper.bands import columns as banded
-from rigid.report.paper.bands import line, rounded
 from rigid.report.paper.content import PaperContent
 
 PLACE = "figure-11"
@@ -45,9 +45,8 @@ def _figure(found: Columns, longest: float) -> Figure:
         left, right = figure.subplots(1, 2)
         time = found["time [s]"]
         for name, colour in (("A", BLUE), ("B", VERMILION)):
-            keys = (f"x_Pl {name}{part} [m]" for part in ("", ", 5 %", ", 95 %"))
-            line(left, time, np.stack([found[key] for key in keys]) * 1e3, ORANGE,
-                 "x_Pl, constant κ" if name == "A" else "_")  # fmt: skip
+            label = "x_Pl, constant κ" if name == "A" else "_"
+            line(left, time, band_of(found, f"x_Pl {name}", "m") * 1e3, ORANGE, label)
             left.plot(
                 time, found[f"stroke {name}, read [m]"] * 1e3, ".", color=colour, markersize=1.8,
                 label=f"stroke sensor of {name}",

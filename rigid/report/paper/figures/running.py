@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 
 from rigid.plots.figure import Columns, Drawn
 from rigid.plots.style import BLUE, VERMILION, house_style, new_figure, panel_title
+from rigid.report.paper.bands import band_of, line, rounded
 from rigid.report.paper.bands import columns as banded
-from rigid.report.paper.bands import line, rounded
 from rigid.report.paper.content import PaperContent
 
 PLACE = "figure-9"
@@ -49,10 +49,7 @@ def _figure(found: Columns) -> Figure:
         )
         for axes, (quantity, unit, factor, label) in zip(panels, parts, strict=True):
             for name, colour in COLOURS.items():
-                keys = (
-                    f"{quantity} {name}{part} [{unit}]" for part in (", read", ", 5 %", ", 95 %")
-                )
-                band = np.stack([found[key] for key in keys]) * factor
+                band = band_of(found, f"{quantity} {name}", unit, ", read") * factor
                 line(axes, found["time [s]"], band, colour, f"cylinder {name}")
             axes.set(xlabel="time [s]", ylabel=label, xlim=(0, 10), ylim=(0, None))
             panel_title(axes, quantity)
