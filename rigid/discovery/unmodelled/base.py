@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float
 
 from rigid.discovery.fitted import Fitted
 from rigid.discovery.unmodelled.formula import simplest
-from rigid.localfit.hidden_inputs import Abscissa
+from rigid.localfit.hidden_inputs import TIME, Abscissa
 from rigid.localfit.local import LocalFit
 from rigid.plots.shown import HiddenShown
 
@@ -96,6 +96,29 @@ class AbstractHidden(ABC):
         return HiddenShown(
             over.name, over.unit, about.name, about.unit, place, mean, sd, formula, words
         )
+
+
+@dataclasses.dataclass(frozen=True)
+class Curve(AbstractHidden):
+    """A hidden thing that goes by time, or by something that the records tell.
+
+    - `kind`: which of its sort. - `variable`: name of what it goes by. - `track`: one record's
+      alone.
+    """
+
+    kind: str
+    variable: str
+    track: str | None = None
+
+    @property
+    def prior_class(self) -> str:
+        """Curves over time and others have a share each."""
+        return "time" if self.variable == TIME.name else "curve"
+
+    @property
+    def pooled(self) -> AbstractHidden | None:
+        """The same over the time of all records."""
+        return None if self.track is None else dataclasses.replace(self, track=None)
 
 
 @dataclasses.dataclass(frozen=True)

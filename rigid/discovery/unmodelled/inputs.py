@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from rigid.discovery.fitted import Fitted
-from rigid.discovery.unmodelled.base import About, AbstractHidden, Bumps, together
+from rigid.discovery.unmodelled.base import About, Bumps, Curve, together
 from rigid.kinds import kinds_with
 from rigid.localfit.hidden_inputs import (
     CYLINDER_SPEED,
@@ -40,15 +40,8 @@ OVER_TIME = ("force", "drag", "flow")
 
 
 @dataclasses.dataclass(frozen=True)
-class Input(AbstractHidden):
-    """A hidden force or flow.
-
-    - `kind`: one of EFFECTS. - `variable`: name of what it follows. - `track`: one record's alone.
-    """
-
-    kind: str
-    variable: str
-    track: str | None = None
+class Input(Curve):
+    """A hidden force or flow; `kind` is one of EFFECTS."""
 
     sort: ClassVar[str] = "input"
     order: ClassVar[int] = 1
@@ -73,16 +66,6 @@ class Input(AbstractHidden):
         """What its effect says."""
         effect = self.effect
         return About(effect.equation, effect.phrase, effect.parameters()[0].unit, self.over)
-
-    @property
-    def prior_class(self) -> str:
-        """Curves over time and over states have a share each."""
-        return "time" if self.over is TIME else "curve"
-
-    @property
-    def pooled(self) -> AbstractHidden | None:
-        """The same over the time of all records."""
-        return None if self.track is None else dataclasses.replace(self, track=None)
 
     @property
     def forms(self) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from rigid.discovery.fitted import Fitted
-from rigid.discovery.unmodelled.base import About, AbstractHidden, Bumps, together
+from rigid.discovery.unmodelled.base import About, Bumps, Curve, together
 from rigid.localfit.hidden_inputs import TIME, Abscissa
 from rigid.physics.sensors import UNITS
 
@@ -23,15 +23,8 @@ def distorted(quantity: str, over: Abscissa | None = None) -> About:
 
 
 @dataclasses.dataclass(frozen=True)
-class SensorError(AbstractHidden):
-    """A distortion of the sensors of a quantity.
-
-    - `kind`: the quantity. - `variable`: "time" or "reading". - `track`: one record's alone.
-    """
-
-    kind: str
-    variable: str
-    track: str | None = None
+class SensorError(Curve):
+    """A distortion of the sensors of the quantity `kind`, over "time" or "reading"."""
 
     sort: ClassVar[str] = "sensor-error"
     order: ClassVar[int] = 2
@@ -56,16 +49,6 @@ class SensorError(AbstractHidden):
     def about(self) -> About:
         """What it is."""
         return distorted(self.kind, TIME if self.variable == TIME.name else None)
-
-    @property
-    def prior_class(self) -> str:
-        """As of hidden forces: over time, or a curve."""
-        return "time" if self.variable == TIME.name else "curve"
-
-    @property
-    def pooled(self) -> AbstractHidden | None:
-        """The same over the time of all records."""
-        return None if self.track is None else dataclasses.replace(self, track=None)
 
     @property
     def forms(self) -> tuple[str, ...]:
