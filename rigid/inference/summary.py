@@ -1,7 +1,5 @@
 """Figures of each quantity, and the tables for people and programs: summary.csv, result.json."""
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -11,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid.inference import convergence
-from rigid.io.files import json_text, plain, write_text
+from rigid.io.files import csv_text, json_text, plain, write_text
 
 SCHEMA = 1
 COLUMNS = (
@@ -190,11 +188,7 @@ def _by_ensemble(values: NDArray[Any], ensemble: NDArray[np.integer]) -> NDArray
 
 def write_summary_csv(path: Path | str, rows: Sequence[ParameterRow]) -> None:
     """Write a row per parameter; what is not known stays empty."""
-    text = io.StringIO()
-    table: csv.DictWriter[str] = csv.DictWriter(text, COLUMNS, lineterminator="\n")
-    table.writeheader()
-    table.writerows(row.values() for row in rows)
-    write_text(path, text.getvalue())
+    write_text(path, csv_text(COLUMNS, (row.values().values() for row in rows)))
 
 
 def write_result_json(path: Path | str, result: Result) -> None:

@@ -1,13 +1,15 @@
 """Files written whole or not at all, and the lock that keeps two runs out of one folder."""
 
+import csv
 import errno
 import fcntl
+import io
 import json
 import math
 import os
 import socket
 import stat
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
@@ -168,6 +170,13 @@ def plain(value: Any) -> Any:
     if hasattr(value, "tolist"):  # of NumPy, which is not imported before the first line is out
         return plain(value.tolist())
     return finite(value) if isinstance(value, float) else value
+
+
+def csv_text(head: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
+    """Rows under a head as the text of a CSV file; None leaves its cell empty."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([head, *rows])
+    return text.getvalue()
 
 
 def json_text(value: Any) -> str:

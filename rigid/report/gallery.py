@@ -6,11 +6,10 @@ heading of the template under which it stands. A place that the template does no
 at the end of the section.
 """
 
-import csv
 import importlib
-import io
 import pkgutil
 from collections.abc import Iterator, Sequence
+from itertools import zip_longest
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -20,7 +19,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.figure import Figure
 
-from rigid.io.files import replacing, write_text
+from rigid.io.files import csv_text, replacing, write_text
 from rigid.plots.figure import Columns, Drawn, Illustration
 from rigid.plots.style import house_style
 from rigid.plots.vector import svg
@@ -146,14 +145,8 @@ _NAMED = '<svg xmlns="http://www.w3.org/2000/svg" '
 def as_csv(numbers: Columns) -> str:
     """The columns as text, six significant digits; a shorter one leaves its last cells empty."""
     columns = [np.atleast_1d(np.asarray(values)) for values in numbers.values()]
-    length = max(len(column) for column in columns)
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(numbers)
-    cells = [[_cell(value) for value in column] for column in columns]
-    for row in range(length):
-        table.writerow([column[row] if row < len(column) else "" for column in cells])
-    return text.getvalue()
+    cells = ((_cell(value) for value in column) for column in columns)
+    return csv_text(numbers, zip_longest(*cells))
 
 
 def _cell(value: object) -> str:

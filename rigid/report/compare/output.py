@@ -1,12 +1,10 @@
 """compare.json, comparison.csv and the table on standard output."""
 
-import csv
-import io
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from rigid.io.files import finite, json_text, write_text
+from rigid.io.files import csv_text, finite, json_text, write_text
 from rigid.report.compare.content import Compared
 from rigid.report.compare.moved import SAYS, Move
 
@@ -68,11 +66,9 @@ def row(move: Move) -> dict[str, Any]:
 def write(folder: Path, found: Compared) -> None:
     """Write compare.json and comparison.csv."""
     write_text(folder / "compare.json", json_text(as_dict(found)))
-    stream = io.StringIO()
-    writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(row(move) for moved in found.moved for move in moved)
-    write_text(folder / "comparison.csv", stream.getvalue())
+    listed = (row(move) for moved in found.moved for move in moved)
+    rows = ([one[column] for column in COLUMNS] for one in listed)
+    write_text(folder / "comparison.csv", csv_text(COLUMNS, rows))
 
 
 def table(found: Compared) -> str:

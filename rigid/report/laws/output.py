@@ -1,14 +1,12 @@
 """laws.json and laws.csv: how the laws of friction stand."""
 
-import csv
-import io
 from typing import Any
 
 from rigid.effects import CATALOGUE
 from rigid.friction.comparison import CANNOT_TELL, Comparison, Standing
 from rigid.friction.prior_widths import AS_STATED
 from rigid.inference.reference_check import SolverCheck
-from rigid.io.files import finite
+from rigid.io.files import csv_text, finite
 from rigid.localfit.intervals import interval
 from rigid.localfit.leave_one_out import gap
 from rigid.localfit.next_record import Proposal
@@ -125,15 +123,12 @@ def as_csv(made: dict[str, Any]) -> str:
     first = made["laws"][0]
     priors = list(first["priors"])
     records = [one["record"] for one in first["records"]]
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*COLUMNS, *(f"probability, {p}" for p in priors), *records])
-    for law in made["laws"]:
-        writer.writerow(
-            [
-                *(law[name] for name in COLUMNS),
-                *(law["priors"][p]["probability"] for p in priors),
-                *(one["elpd_difference"] for one in law["records"]),
-            ]
+    rows = (
+        (
+            *(law[name] for name in COLUMNS),
+            *(law["priors"][p]["probability"] for p in priors),
+            *(one["elpd_difference"] for one in law["records"]),
         )
-    return text.getvalue()
+        for law in made["laws"]
+    )
+    return csv_text([*COLUMNS, *(f"probability, {p}" for p in priors), *records], rows)

@@ -1,7 +1,5 @@
 """The files of a fit to published numbers, and the table on standard output."""
 
-import csv
-import io
 import json
 from pathlib import Path
 from typing import Any
@@ -11,7 +9,7 @@ import xarray as xr
 
 from rigid.inference.posterior import save_posterior
 from rigid.inference.summary import COLUMNS
-from rigid.io.files import json_text, write_text
+from rigid.io.files import csv_text, json_text, write_text
 from rigid.io.provenance import versions
 from rigid.published.catalogue import CAUSES, STORIES
 from rigid.published.run import DRAWS, Findings, Told
@@ -117,11 +115,8 @@ def write(folder: Path, spec: Spec, found: Findings, made: dict[str, Any]) -> No
         "spec": spec.text, "spec_name": spec.path.stem, "simulated": 0, "seed": found.seed,
         "versions": json.dumps(versions()),
     })  # fmt: skip
-    table = io.StringIO()
-    writer = csv.DictWriter(table, COLUMNS, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows({"name": n, **row} for n, row in made["parameters"].items())
-    write_text(folder / "summary.csv", table.getvalue())
+    rows = ((n, *(row[c] for c in COLUMNS[1:])) for n, row in made["parameters"].items())
+    write_text(folder / "summary.csv", csv_text(COLUMNS, rows))
     write_text(folder / "result.json", json_text(made))
 
 
