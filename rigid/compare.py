@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 
 from rigid.io.cli import Options, Takes, run
+from rigid.io.progress import WRITE, stage
 from rigid.study.command import tell
 
 SAYS = "Set runs side by side: what moved, which records disagree, what differs."
@@ -24,7 +25,8 @@ def compare_runs(options: Options) -> int:
 
     found = compare(options.runs)
     folder = options.folder(Path("compare"))
-    found.write(folder)
+    with stage(options.quiet, WRITE):
+        found.write(folder)
     return tell(options, folder, found)
 
 

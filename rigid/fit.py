@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rigid.io.cli import Options, run, say
+from rigid.io.cli import Options, run
 from rigid.study.command import ask
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def fit(options: Options) -> int:
         if spec.published is None:
             return study.fit(out, **how)
         seed = spec.sampler.seed if options.seed is None else options.seed
-        return fit_published(spec, out, seed, lambda line: say(options, line))
+        return fit_published(spec, out, seed, options.quiet)
 
     return ask(options, fitted)
 

@@ -2,7 +2,8 @@
 
 import sys
 
-from rigid.io.cli import Options, Takes, run, say
+from rigid.io.cli import Options, Takes, run
+from rigid.io.progress import WRITE, stage
 from rigid.study.command import tell
 
 SAYS = "Compute the paper again: equations (2) to (23), every printed number, and its figures."
@@ -28,10 +29,11 @@ def paper(options: Options) -> int:
     found = reproduce(
         seed=options.seed,
         fit=NO_FIT not in options.switches,
-        progress=lambda line: say(options, line),
+        quiet=options.quiet,
     )
     folder = options.folder(found.spec.path)
-    found.write(folder)
+    with stage(options.quiet, WRITE):
+        found.write(folder)
     return tell(options, folder, found)
 
 

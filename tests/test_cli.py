@@ -224,7 +224,7 @@ def test_a_signal_from_outside(tmp_path):
 
 def test_standard_output_holds_what_the_body_writes_alone(command):
     def body(options):
-        cli.say(options, "progress")
+        cli.say(options.quiet, "progress")
         sys.stdout.write("result\n")
         return 0
 

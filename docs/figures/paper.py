@@ -19,7 +19,7 @@ def main() -> None:
     from rigid.spec import find_spec, load_spec
 
     spec = load_spec(find_spec("paper"))
-    told = content(spec, run(spec, spec.sampler.seed, print))
+    told = content(spec, run(spec, spec.sampler.seed))
     for _, one in drawn(figures, told):
         path = Path(__file__).with_name(f"paper-{one.name}.svg")
         path.write_text(svg(one.figure, f"paper-{one.name}"), encoding="utf-8")

@@ -141,12 +141,12 @@ def discover(
     programs = families(problem, effects)
     layout = lay_out(problem)
     layout = layout.weighed((layout.weight > 0.0).astype(float))
-    report("fitting the model as specified")
+    report("fit the model as specified")
     noise = best[0][is_noise(problem)]
     hypothesis = Hypothesis(problem, given=given)
     begin = Point(hypothesis, layout, start(problem, *best), noise)
     base = refined(expanded(programs[0], begin))
-    report("signatures of what could be missing")
+    report("signatures of candidates")
     bench = laid_out(Fitted(base, programs), effects, running.shelf)
     everything = np.concatenate([bench.signatures, bench.bumps.columns], axis=1)
     base = refined(with_weights(base, facts(base, everything)))
@@ -186,12 +186,12 @@ class Turn:
 
     def refit(self, name: str) -> Refit:
         """Fit the model with an effect added."""
-        self.running.report(f"fitting {name}")
+        self.running.report(f"fit with {name}")
         return refit(self.fit, self.found, name)
 
     def after(self, one: Refit) -> "Turn":
         """Return the turn that follows where an effect was added."""
-        self.running.report(f"what {one.candidate.effect.name} leaves over")
+        self.running.report(f"residuals with {one.candidate.effect.name}")
         return dataclasses.replace(self, fit=Fitted(one.after, self.fit.programs))
 
 

@@ -87,13 +87,13 @@ def fit_laws(
     listed = [model for model in models if model.dry is not None]
 
     def viscous_fits() -> dict[str, LocalFit]:
-        report("fitting constant friction and friction with memory")
+        report("fit viscous friction")
         return _viscous(viscous, Hypothesis(problem, given=given), layout, models[0], seed)
 
     fits = shelf.once("viscous", viscous_fits, KINDS, known)
 
     def dry_fits() -> tuple[dict[str, LocalFit], np.ndarray]:
-        report("fitting dry friction")
+        report("fit dry friction")
         base = fits[MEMORY if listed[0].memory else VISCOUS]
         starts = dry_starts(base, dry.family, listed, BEGINNINGS)
         begun = [(name, p) for name, points in starts.points.items() for p in points]
@@ -103,7 +103,7 @@ def fit_laws(
     fits |= dry_ends
 
     def last_fits() -> dict[str, LocalFit]:
-        report("fitting all laws again, correlated residuals at their worth")
+        report("fit all again")
         weight = facts(max(fits.values(), key=lambda one: one.log_evidence), changes)
         out = {name: with_weights(one, weight) for name, one in fits.items()}
         for program, names, turns in (

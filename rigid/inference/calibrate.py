@@ -32,7 +32,8 @@ from rigid.inference.search import Found, compile_programs, search_from
 from rigid.inference.search_cache import Searched, once
 from rigid.inference.steady_first import beginnings, steady_part, with_ease
 from rigid.io.cache import Shelf
-from rigid.io.cli import Options, progress, reach, say
+from rigid.io.cli import Options
+from rigid.io.progress import say, stage
 from rigid.io.version import __version__
 from rigid.likelihood.effect_lookup import marks
 from rigid.likelihood.problem import Problem, log_density, log_posterior, walkers
@@ -128,9 +129,10 @@ def calibrate(
     """
     seed = spec.sampler.seed if options.seed is None else options.seed
     began = time.monotonic()
-    compile_programs(problem)
+    with stage(options.quiet, "compile") as shown:
+        compile_programs(problem)
+        shown.reach(0, f"{problem.parameters.size} parameters")
     compile_s = time.monotonic() - began
-    say(options, f"{problem.parameters.size} parameters, compiled in {compile_s:.0f} s")
     walked = {"coordinates": ", ".join(chart_of(problem).names)}
     mark = fingerprint(spec, records, seed) | marks(problem.effects) | walked
     found, law, weights = once(
@@ -140,7 +142,8 @@ def calibrate(
     )
     checkpoint = Checkpoint(folder, mark, options.resume)
     draws = _sampled(spec, found, law, (seed, options), checkpoint)
-    return _told(found, weights, draws, records, (seed, compile_s))
+    with stage(options.quiet, "predict and check"):
+        return _told(found, weights, draws, records, (seed, compile_s))
 
 
 def _searched(
@@ -150,19 +153,20 @@ def _searched(
     options: Options,
     searched: Callable[[Found], None],
 ) -> Searched:
-    """Search and weigh the modes, with a progress bar."""
+    """Search and weigh the modes."""
     seed = spec.sampler.seed if options.seed is None else options.seed
     starts = spec.sampler.starts
     begin = partial(beginnings, spec, records, problem, seed)
     if steady_part(spec) is None:
         first = begin()
     else:
-        with progress(options, "starts of the steady rig", with_ease(starts)) as bar:
-            first = begin(partial(reach, bar))
-    with progress(options, "starts", int(first.counts.sum())) as bar:
-        found = search_from(problem, first.z, partial(reach, bar), first.counts)
+        with stage(options.quiet, "search the steady rig", with_ease(starts), "starts") as shown:
+            first = begin(shown.reach)
+    with stage(options.quiet, "search", int(first.counts.sum()), "starts") as shown:
+        found = search_from(problem, first.z, shown.reach, first.counts)
     searched(found)
-    return trusted(found, seed, lambda: say(options, REMADE))
+    with stage(options.quiet, "approximate the posterior"):
+        return trusted(found, seed, lambda: say(options.quiet, REMADE))
 
 
 def trusted(found: Found, seed: int, remade: Callable[[], None] = lambda: None) -> Searched:
@@ -213,7 +217,7 @@ def _sampled(
     run: tuple[int, Options],
     checkpoint: Checkpoint,
 ) -> Draws:
-    """Run the ensembles under the spec's stopping rule, with a progress bar."""
+    """Run the ensembles under the spec's stopping rule; how far they are is their least ESS."""
     seed, options = run
     problem, rule = found.problem, spec.sampler
     chart = chart_of(problem)
@@ -229,15 +233,15 @@ def _sampled(
     )
     density = chart.density(lambda z: np.asarray(log_posterior(problem, jnp.asarray(z))))
 
-    with progress(options, "steps", rule.max_steps) as bar:
+    with stage(options.quiet, "sample", int(rule.ess), "least ESS") as shown:
 
         def report(status: Status) -> None:
-            bar.update(status.steps - bar.n)
-            if status.ess is not None:
-                bar.set_postfix_str(
-                    f"R-hat {status.r_hat:.3f} < {rule.r_hat} ({status.r_hat_name}), "
-                    f"ESS {status.ess:.0f} of {rule.ess:.0f} ({status.ess_name})"
-                )
+            steps = f"{status.steps} steps"
+            if status.ess is None:
+                shown.reach(0, steps)
+            else:
+                r_hat = f"R-hat {status.r_hat:.3f} of {status.r_hat_name} (limit {rule.r_hat})"
+                shown.reach(int(status.ess), f"{steps}, {r_hat}")
 
         monitor = partial(_monitored, problem, chart)
         draws = sample(density, proposal, settings, monitor, checkpoint, report)

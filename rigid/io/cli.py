@@ -11,14 +11,12 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from rigid.io.errors import RigidError
+from rigid.io.progress import painted, say
 from rigid.io.provenance import running
 from rigid.io.version import __version__
-
-if TYPE_CHECKING:
-    from tqdm.auto import tqdm
 
 TRACEBACK = "RIGID_TRACEBACK"
 """Environment variable that shows where a defect of the program is."""
@@ -154,25 +152,6 @@ def _seed(text: str) -> int:
     return int(text)
 
 
-def say(options: Options, line: str) -> None:
-    """Print a line of progress to standard error, unless it is to be quiet."""
-    if not options.quiet:
-        sys.stderr.write(line + "\n")
-        sys.stderr.flush()
-
-
-def progress(options: Options, title: str, total: int | None, unit: str = "it") -> "tqdm":
-    """Return a progress bar on standard error, or in a notebook; none where it is to be quiet."""
-    from tqdm.auto import tqdm
-
-    return tqdm(total=total, disable=options.quiet, desc=title, unit=unit)
-
-
-def reach(bar: "tqdm", done: int) -> None:
-    """Show that `done` of a bar's total are done."""
-    bar.update(done - bar.n)
-
-
 @contextlib.contextmanager
 def signals() -> Iterator[None]:
     """Turn SIGINT and SIGTERM into `Interrupted`, so that files are closed on the way out.
@@ -219,7 +198,7 @@ def run(
     - `body`: does the work and returns 0 or 1. - `arguments`: None: those of the process.
     """
     options = parse(command, says, arguments, takes)
-    say(options, f"rigid {__version__}: {command} {options.spec}".rstrip())
+    say(options.quiet, f"rigid {__version__}: {command} {options.spec}".rstrip())
     try:
         with signals(), running(_as_typed(command, arguments)):
             status = body(options)
@@ -229,7 +208,7 @@ def run(
         sys.stderr.write("interrupted; --resume goes on from the last complete block\n")
         return 128 + stop.number
     except RigidError as error:
-        sys.stderr.write(f"{error}\n")
+        sys.stderr.write(f"{painted(str(error), 'red')}\n")
         return error.status
     except BrokenPipeError:  # whoever read the result has seen enough of it
         _drop_output()

@@ -33,11 +33,15 @@ def commit() -> str | None:
 
 @dataclass(frozen=True)
 class Invocation:
-    """What was run: the command line, or the call of the library; and since when."""
+    """What was run: the command line, or the call of the library; since when, in what stages.
+
+    - `stages`: title and time [s] of those that are over, added as the run goes.
+    """
 
     command: str
     began: float = field(default_factory=time.monotonic)
     began_cpu: float = field(default_factory=time.process_time)
+    stages: list[tuple[str, float]] = field(default_factory=list)
 
     @property
     def wall_s(self) -> float:

@@ -9,9 +9,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rigid.io.cli import Options, progress, reach
+from rigid.io.cli import Options
 from rigid.io.errors import InputError
 from rigid.io.files import replacing
+from rigid.io.progress import stage
 from rigid.io.version import __version__
 from rigid.jobs.cluster import Order, client_of, over
 from rigid.jobs.job import Job, contents, order
@@ -147,12 +148,12 @@ def _write(folder: Path, done: Done) -> None:
 @contextmanager
 def told(options: Options, title: str, total: int) -> Iterator[Report]:
     """A progress bar: jobs done and failed, workers and CPU time."""
-    with progress(options, title, total, unit="job") as bar:
+    with stage(options.quiet, title, total) as shown:
 
         def report(tally: Tally) -> None:
-            bar.set_postfix_str(
-                f"{tally.failed} failed, {tally.workers} workers, {tally.cpu_s:.0f} CPU s", False
+            shown.reach(
+                tally.done,
+                f"{tally.failed} failed, {tally.workers} workers, {tally.cpu_s:.0f} CPU s",
             )
-            reach(bar, tally.done)
 
         yield report

@@ -81,15 +81,19 @@ class Findings:
         return min(t.all_six.effective for t in self.told.values())
 
 
-def run(spec: Spec, seed: int, progress: Callable[[str], None]) -> Findings:
-    """Tell every story under both priors."""
+COUNT = len(PRIOR_SETS) * len(STORIES)
+"""Fits of all hypotheses under all priors."""
+
+
+def run(spec: Spec, seed: int, report: Callable[[int], None] = lambda _: None) -> Findings:
+    """Tell every story under both priors; `report` is told how many of the `COUNT` are done."""
     told = {}
     for i, prior in enumerate(PRIOR_SETS):
         for j, story in enumerate(STORIES):
-            progress(f"{prior}: {story.title}")
             found = weigh(story, prior, spec, 1000 * seed + 100 * i + j)
             rng = np.random.default_rng([seed, i, j])
             told[prior, story.key] = tell(found, spec, rng)
+            report(len(told))
     return Findings(told, seed)
 
 

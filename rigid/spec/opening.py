@@ -2,8 +2,9 @@
 
 import sys
 
-from rigid.io.cli import Options, say
+from rigid.io.cli import Options
 from rigid.io.errors import InputError
+from rigid.io.progress import say
 from rigid.spec.read import find_spec, load_spec
 from rigid.spec.values import Spec
 
@@ -37,5 +38,5 @@ def open_spec(options: Options) -> Spec:
         require_none_of_its_own(spec)
     for name in own_code(spec):
         sys.stderr.write(f"spec {spec.path} runs code of its own: {name}\n")
-    say(options, f"spec {spec.path}: {len(spec.records)} records")
+    say(options.quiet, f"spec {spec.path}: {len(spec.records)} records")
     return spec

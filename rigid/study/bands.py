@@ -13,9 +13,10 @@ import xarray as xr
 
 from rigid.inference.posterior import save_posterior
 from rigid.io.cache import NOTHING_KEPT, Shelf
-from rigid.io.cli import Options, progress, reach, say
+from rigid.io.cli import Options
 from rigid.io.errors import InputError
 from rigid.io.files import plain, write_text
+from rigid.io.progress import WRITE, say, stage
 from rigid.report.bands import output
 from rigid.report.bands.present import content, finished
 from rigid.report.bands.section import KIND
@@ -102,7 +103,8 @@ def write_all(asked: Smoothing, folder: Path, options: Options) -> Written:
     found = Written(tests, plain(made))
     write_text(folder / "bands" / "bands.json", found.json())
     this = content(spec, made, list(tests), sum(law.size for law in asked.laws))
-    write_report(KIND, this, folder)
+    with stage(options.quiet, WRITE):
+        write_report(KIND, this, folder)
     rmtree(folder / KEPT, ignore_errors=True)
     return found
 
@@ -113,13 +115,13 @@ def _written(asked: Smoothing, fields: Fields, folder: Path, options: Options) -
     shelf = Shelf(folder / KEPT / name, mark, options.resume)
     done = shelf.read("finished", kept.FINISHED)
     if done is not None:
-        say(options, f"{name}: taken from the run before")
+        say(options.quiet, f"{name}: taken from the run before")
         return done
     under = _ways(asked, fields, shelf, options)
     found = _mixed(asked, under, shelf, options)
     output.write_bands(folder / "bands", found)
-    say(options, f"{name}: solved again by diffrax")
-    solver = against_reference(under, [asked.spec.sensors[q] for q in QUANTITIES])
+    with stage(options.quiet, f"{name}: solve again by diffrax"):
+        solver = against_reference(under, [asked.spec.sensors[q] for q in QUANTITIES])
     done = replace(finished(found, asked.spec.simulated, folder), solver=solver)
     shelf.clear()
     shelf.put("finished", done)
@@ -131,20 +133,16 @@ def _mixed(
 ) -> run.Bands:
     """Mix the draws of all laws into bands; `shelf`: keeps how far they are."""
     title = f"{under[0].test.fields[0].name}: draws"
-    with progress(options, title, run.blocks(under), "block") as bar:
-        return run.bands(
-            under, asked.seed, Keeping(shelf, lambda count: reach(bar, int(bar.n) + count))
-        )
+    with stage(options.quiet, title, run.blocks(under), "blocks") as shown:
+        return run.bands(under, asked.seed, Keeping(shelf, shown.add))
 
 
 def _ways(asked: Smoothing, fields: Fields, shelf: Shelf, options: Options) -> tuple[run.Way, ...]:
     """Learn how the load of a test moves under each law; keep what is done."""
-    with progress(options, f"{fields[0].name}: learning", None, "pass") as bar:
+    with stage(options.quiet, f"{fields[0].name}: learning", None, "passes") as shown:
 
         def learned(law: RigModel) -> tuple[Learned, ...]:
-            return run.learned(
-                asked.spec, fields, law, lambda count: reach(bar, int(bar.n) + count)
-            )
+            return run.learned(asked.spec, fields, law, shown.add)
 
         found = [
             shelf.once(f"learned-{number}", partial(learned, law), kept.LEARNED)

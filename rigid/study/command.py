@@ -8,7 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rigid.io.cli import Options, say
+from rigid.io.cli import Options
+from rigid.io.progress import painted, say, times
 
 if TYPE_CHECKING:
     from rigid.study.result import CommandResult
@@ -38,15 +39,15 @@ def tell(options: Options, folder: Path, found: "CommandResult") -> int:
     """Print a result, and where its report lies; returns the command's status, 1 if not usable.
 
     The result goes to standard output, all else to standard error: checks that failed even where
-    the command is to be quiet, what was held exact and set aside, the page.
+    the command is to be quiet, what was held exact and set aside, the time of each stage, the page.
     """
     from rigid.report.taken import lines
 
     sys.stdout.write(found.json() if options.as_json else found.table())
     for check in found.checks:
         if not check.ok:
-            sys.stderr.write(f"{check.name}: {check.says}\n")
-    for line in lines(found.taken) if found.taken else ():
-        say(options, line)
-    say(options, f"report: {folder / 'index.html'}")
+            sys.stderr.write(f"{painted(check.name, 'red')}: {check.says}\n")
+    for line in (*(lines(found.taken) if found.taken else ()), *times()):
+        say(options.quiet, line)
+    say(options.quiet, painted(f"report: {folder / 'index.html'}", "bold"))
     return 0 if found.usable else 1

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -15,8 +15,9 @@ from rigid.inference.calibrate import fingerprint
 from rigid.inference.reference_check import SolverCheck
 from rigid.inference.search import Best, best_of_few
 from rigid.io.cache import Shelf
-from rigid.io.cli import Options, progress, reach, say
+from rigid.io.cli import Options
 from rigid.io.files import write_text
+from rigid.io.progress import stage, stages
 from rigid.likelihood.assemble import given_priors
 from rigid.likelihood.effect_lookup import effects_named, marks
 from rigid.likelihood.problem import Problem
@@ -176,9 +177,10 @@ def answer(
     spec = asked.spec
     shelf = Shelf(options.out, _mark(asked, seed), options.resume)
     found = shelf.once("discovery-search", lambda: _best(asked, seed, options), (Best,))
-    running = Running(seed, lambda text: say(options, text), shelf)
     best = found.z, found.standard
-    outcome = work(asked.problem, best, asked.effects, given_priors(spec), running)
+    with stages(options.quiet) as follow:
+        running = Running(seed, follow, shelf)
+        outcome = work(asked.problem, best, asked.effects, given_priors(spec), running)
     shelf.clear(KEPT)  # tens of megabytes that only a run under way needs
     return Discovery(asked, outcome, seed, _agreement(found), opened, options.out)
 
@@ -207,7 +209,7 @@ def _mark(asked: Question, seed: int) -> dict[str, str]:
 
 
 def _best(asked: Question, seed: int, options: Options) -> Best:
-    """Search the best fit, with a progress bar."""
+    """Search the best fit."""
     starts = min(asked.spec.sampler.starts, STARTS)
-    with progress(options, "starts", starts) as bar:
-        return best_of_few(asked.problem, starts, seed, partial(reach, bar))
+    with stage(options.quiet, "search", starts, "starts") as shown:
+        return best_of_few(asked.problem, starts, seed, shown.reach)

@@ -12,8 +12,9 @@ from rigid.friction.models import models
 from rigid.inference.calibrate import fingerprint
 from rigid.inference.reference_check import SolverCheck
 from rigid.io.cache import Shelf
-from rigid.io.cli import Options, say
+from rigid.io.cli import Options
 from rigid.io.files import write_text
+from rigid.io.progress import stages
 from rigid.likelihood.assemble import given_priors
 from rigid.likelihood.effect_lookup import marks
 from rigid.likelihood.problem import Problem
@@ -79,13 +80,7 @@ def compare_laws(
     """
     mark = fingerprint(spec, records, seed) | marks(problem.effects)
     shelf = Shelf(None if options.out is None else options.out / KEPT, mark, options.resume)
-    fitted = fit_laws(
-        problem,
-        models(spec, problem),
-        given_priors(spec),
-        seed,
-        lambda text: say(options, text),
-        shelf,
-    )
-    say(options, "comparing")
-    return Laws(spec, records, compare(fitted, seed, shelf), seed)
+    with stages(options.quiet) as follow:
+        fitted = fit_laws(problem, models(spec, problem), given_priors(spec), seed, follow, shelf)
+        follow("compare")
+        return Laws(spec, records, compare(fitted, seed, shelf), seed)

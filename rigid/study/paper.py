@@ -1,6 +1,5 @@
 """The paper computed again, as values and as files."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -9,14 +8,15 @@ from typing import Any
 import pandas as pd
 
 from rigid.io.files import locked, write_text
+from rigid.io.progress import stages
 from rigid.io.provenance import invocation
-from rigid.published.run import Findings, run
+from rigid.published.run import Findings
 from rigid.published.walk.walk import Walk, walk
 from rigid.report.paper import output
 from rigid.report.paper.content import KIND, content
 from rigid.report.section import write_report
 from rigid.spec import Spec, find_spec, load_spec
-from rigid.study.published import PublishedFit
+from rigid.study.published import PublishedFit, explained
 from rigid.study.result import CommandResult
 
 
@@ -59,14 +59,15 @@ def reproduce(
     *,
     seed: int | None = None,
     fit: bool = True,
-    progress: Callable[[str], None] = lambda _: None,
+    quiet: bool = False,
 ) -> Paper:
     """Compute the paper again.
 
     - `seed`: of the draws; None: that of the shipped spec. - `fit`: whether to fit the printed
-      numbers as well, which takes some minutes. - `progress`: is told what is computed.
+      numbers as well, which takes some minutes. - `quiet`: no progress on standard error.
     """
     spec = load_spec(find_spec("paper"))
     seed = spec.sampler.seed if seed is None else seed
-    walked = walk(seed, progress)
-    return Paper(spec, walked, run(spec, seed, progress) if fit else None)
+    with stages(quiet) as follow:
+        walked = walk(seed, follow)
+    return Paper(spec, walked, explained(spec, seed, quiet) if fit else None)

@@ -1,7 +1,6 @@
 """A fit to the numbers that a paper prints, as values and as files."""
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -9,7 +8,8 @@ from typing import Any
 
 from rigid.io.errors import InputError
 from rigid.io.files import locked, plain
-from rigid.published.run import Findings, run
+from rigid.io.progress import WRITE, stage
+from rigid.published.run import COUNT, Findings, run
 from rigid.report.published import output
 from rigid.report.published.present import content
 from rigid.report.published.section import KIND
@@ -44,10 +44,10 @@ class PublishedFit(CommandResult):
         write_report(KIND, content(self.spec, self.findings), folder)
 
 
-def fit_published(spec: Spec, folder: Path, seed: int, say: Callable[[str], None]) -> PublishedFit:
+def fit_published(spec: Spec, folder: Path, seed: int, quiet: bool) -> PublishedFit:
     """Tell all stories and write all files.
 
-    - `seed`: of the points. - `say`: is told what is worked out.
+    - `seed`: of the points. - `quiet`: no progress on standard error.
 
     Raises InputError for a spec that names records as well.
     """
@@ -58,6 +58,13 @@ def fit_published(spec: Spec, folder: Path, seed: int, say: Callable[[str], None
         )
     began = time.monotonic()
     with locked(folder):
-        found = PublishedFit(spec, run(spec, seed, say), time.monotonic() - began)
-        found.write(folder)
+        found = PublishedFit(spec, explained(spec, seed, quiet), time.monotonic() - began)
+        with stage(quiet, WRITE):
+            found.write(folder)
     return found
+
+
+def explained(spec: Spec, seed: int, quiet: bool) -> Findings:
+    """Fit the printed numbers under every hypothesis."""
+    with stage(quiet, "fit the printed numbers", COUNT, "fits") as shown:
+        return run(spec, seed, shown.reach)

@@ -8,9 +8,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from rigid.io.cli import Options, say
+from rigid.io.cli import Options
 from rigid.io.errors import InputError, RigidError
 from rigid.io.files import locked, write_text
+from rigid.io.progress import WRITE, say, stage
 from rigid.io.provenance import running
 from rigid.jobs.job import Given, Job
 from rigid.jobs.run import run, told
@@ -57,7 +58,8 @@ class Season:
                     rows[row["job"]] = as_row(row)
                     _say(options, row["job"], rows[row["job"]])
             done = SeasonFit(self.folder, [{"name": n} | rows[n] for n in self.listed])
-            done.write(out)
+            with stage(options.quiet, WRITE):
+                done.write(out)
         return done
 
     def _jobs(self, options: Options, out: Path) -> tuple[list[Job], dict[str, dict]]:
@@ -190,4 +192,4 @@ def one(given: Given) -> dict[str, Any]:
 
 def _say(options: Options, name: str, row: Mapping[str, Any]) -> None:
     why = f": {'; '.join(row['why'])}" if row["why"] else ""
-    say(options, f"{name}: {row['status']}{why}")
+    say(options.quiet, f"{name}: {row['status']}{why}")

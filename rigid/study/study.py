@@ -17,9 +17,10 @@ from jax.typing import ArrayLike
 from rigid.friction.models import without_friction
 from rigid.inference.calibrate import calibrate
 from rigid.inference.search import Found
-from rigid.io.cli import Options, say
+from rigid.io.cli import Options
 from rigid.io.errors import InputError, together
 from rigid.io.files import locked
+from rigid.io.progress import WRITE, say, stage
 from rigid.io.provenance import running
 from rigid.likelihood.assemble import assemble, chosen_effects, given_priors
 from rigid.likelihood.problem import Problem
@@ -128,7 +129,8 @@ class Study:
             )
             found = Fit(self.spec, done, time.monotonic() - began)
             if out is not None:
-                found.write(folder)
+                with stage(quiet, WRITE):
+                    found.write(folder)
         return found
 
     def bands(
@@ -166,7 +168,7 @@ class Study:
         options = self._options(out, seed, resume, quiet)
         given = () if self.spec.bands is None else self.spec.bands.sources
         named = ", ".join(str(path) for path, _ in given) or "not named"
-        say(options, f"spec {self.spec.path}: posterior {named}")
+        say(options.quiet, f"spec {self.spec.path}: posterior {named}")
         asked = smoothing(self.spec, self._seed(seed))
         with self._running("write_bands"), _folder(options) as folder:
             return write_all(asked, folder, options)
@@ -192,7 +194,8 @@ class Study:
         with self._running("discover"), _held(out):
             found = answer(asked, self._seed(seed), options, Study)
             if out is not None:
-                found.write()
+                with stage(quiet, WRITE):
+                    found.write()
         return found
 
     def laws(
@@ -209,7 +212,8 @@ class Study:
         with self._running("laws"), _held(out):
             found = compare_laws(self.spec, self.records, problem, self._seed(seed), options)
             if out is not None:
-                found.write(Path(out))
+                with stage(quiet, WRITE):
+                    found.write(Path(out))
         return found
 
     def validate(
@@ -236,7 +240,8 @@ class Study:
         with self._running("validate"), _held(out):
             found = validate(base, asked or Replicates(), self._seed(seed), options)
             if out is not None:
-                found.write(Path(out))
+                with stage(quiet, WRITE):
+                    found.write(Path(out))
         return found
 
     def check(self) -> Checked:
@@ -261,12 +266,12 @@ class Study:
 
         def searched(found: Found) -> None:
             first = preliminary.preliminary(self.spec, found, self._seed(options.seed), began)
-            say(options, preliminary.table(first))
+            say(options.quiet, preliminary.table(first))
             if options.out is not None:
                 preliminary.write(options.out, first)
             doubt = preliminary.doubt(self.spec, found, self._seed(options.seed))
             if doubt is not None:
-                say(options, doubt)
+                say(options.quiet, doubt)
 
         return searched
 
