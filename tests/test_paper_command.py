@@ -12,8 +12,6 @@ from rigid.published.walk.numbers import read_numbers
 
 FIGURES = (3, 4, 6, 8, 9, 10, 11, 12)
 
-pytestmark = pytest.mark.slow
-
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
@@ -62,6 +60,7 @@ def test_figures_are_files_with_their_numbers_and_say_where_they_are_simulated(f
         assert caption, number
 
 
+@pytest.mark.slow
 def test_a_number_broken_on_purpose_gives_status_1(folder, tmp_path, monkeypatch, capsys):
     numbers = read_numbers()
     broken = numbers | {"mu_release": numbers["mu_release"].misprinted(5.2e3)}

@@ -39,8 +39,8 @@ class RankShown:
 class ValidationContent(Content):
     """The section, complete.
 
-    - `tested`: quantities. - `heads`: of the columns of intervals. - `notes`: sentences. - `misfits`;
-      `by`: their shift.
+    - `tested`: quantities. - `heads`: of the columns of intervals. - `notes`: sentences.
+    - `misfits`; `by`: their shift.
     - `shown`: curves; `least`, `greatest` (points,): the band that holds 95 % of sound ones.
     """
 
