@@ -1,6 +1,7 @@
 """The templates of the page: HTML-escaped, strict about names, with the page's number formats."""
 
 import re
+from collections.abc import Iterable
 from functools import cache, partial
 from pathlib import Path
 
@@ -12,32 +13,39 @@ from rigid.report.sparks import interval_bars
 from rigid.report.symbols import symbol_html
 
 FOLDER = Path(__file__).parent
-_TAG = re.compile(r"<[^>]*>")
-_HEAD = re.compile(r'<th scope="col"[^>]*>(.*?)</th>', re.DOTALL)
 _ROW = re.compile(r"<tr.*?</tr>", re.DOTALL)
-_CELL = re.compile(r"<(th|td)([^>]*)>(.*?)</\1>", re.DOTALL)
+_CELL = re.compile(r"<(th|td)>(.*?)</\1>", re.DOTALL)
 _CODE = re.compile(r"`([^`]+)`")
 
 
-def labelled(table: Markup) -> Markup:
-    """A table whose cells bear the heading of their column, for pages too narrow for columns.
+def columns(rows: Markup, heads: list[str], labelled: bool) -> Markup:
+    """Rows of a table, each cell as its column asks.
 
-    - `table`: rows of as many cells as there are headings; the `<th>` of a row needs none.
+    - `rows`: of as many cells as `heads`, which begin with ">" where the column is to the right.
+    - `labelled`: whether a cell bears its heading, for pages too narrow for columns.
     """
-    heads = [_TAG.sub("", head).strip() for head in _HEAD.findall(table)]
-    return Markup(_ROW.sub(partial(_labelled_row, heads), str(table)))
+    return Markup(_ROW.sub(partial(_row, heads, labelled), str(rows)))
 
 
-def _labelled_row(heads: list[str], row: re.Match[str]) -> str:
+def _row(heads: list[str], labelled: bool, row: re.Match[str]) -> str:
     columns = iter(heads)
 
     def cell(found: re.Match[str]) -> str:
-        label, (tag, look, text) = next(columns), found.groups()
-        if tag == "th" or not text:
-            return found[0]
+        head, (tag, text) = next(columns), found.groups()
+        if tag == "th":
+            return f'<th scope="row">{text}</th>'
+        look = ' class="n"' if head.startswith(">") else ""
+        if not labelled or not text:
+            return f"<td{look}>{text}</td>"
+        label = escape(head.removeprefix(">"))
         return f'<td{look} data-label="{label}"><span>{text}</span></td>'
 
     return _CELL.sub(cell, row[0])
+
+
+def right(heads: Iterable[str]) -> list[str]:
+    """Headings of columns that are to the right."""
+    return [f">{head}" for head in heads]
 
 
 def prose(text: str) -> Markup:
@@ -66,7 +74,8 @@ def environment() -> Environment:
         "duration": metrology.duration,
         "symbol": symbol_html,
         "bars": interval_bars,
-        "labelled": labelled,
+        "columns": columns,
+        "right": right,
         "prose": prose,
     }
     made.globals |= {

@@ -37,7 +37,9 @@ def content(
         provenance=provenance,
         checks=tuple(Check(c.name, c.ok, c.says) for c in found.checks),
         tested=tuple(found.tested),
-        levels=tuple(LEVELS),
+        heads=tuple(
+            f"{level:.0%} interval holds (95 % band)".replace("%", " %", 1) for level in LEVELS
+        ),
         notes=notes(found, beside),
         misfits=tuple(first_for_each(misfits)),
         by=found.design.shift,

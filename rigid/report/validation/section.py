@@ -39,13 +39,13 @@ class RankShown:
 class ValidationContent(Content):
     """The section, complete.
 
-    - `tested`: quantities. - `levels`: of the intervals. - `notes`: sentences. - `misfits`; `by`:
-      their shift.
+    - `tested`: quantities. - `heads`: of the columns of intervals. - `notes`: sentences.
+    - `misfits`; `by`: their shift.
     - `shown`: curves; `least`, `greatest` (points,): the band that holds 95 % of sound ones.
     """
 
     tested: tuple[Tested, ...]
-    levels: tuple[float, ...]
+    heads: tuple[str, ...]
     notes: tuple[str, ...]
     misfits: tuple[Effect, ...]
     by: float
