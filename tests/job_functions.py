@@ -1,5 +1,6 @@
 """Functions of jobs that tests send to workers."""
 
+import errno
 import os
 import signal
 import time
@@ -43,6 +44,11 @@ def kills_always(given) -> dict:
         os.kill(os.getpid(), signal.SIGKILL)
     time.sleep(0.2)
     return {"square": given.arguments["x"] ** 2}
+
+
+def refused(given) -> dict:
+    """What a full disk says in the middle of a job."""
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), given.arguments["file"])
 
 
 def fails(given) -> dict:

@@ -14,10 +14,12 @@ from cart import SPEC, write_cart
 import rigid
 from rigid.inference.drift import ALPHA, DIFFERS, DRIFTS, STEADY, drift
 from rigid.inference.posterior import load_posterior
-from rigid.report.season.output import quantities
-from rigid.study.season import in_order, season
+from rigid.report.season.output import as_row, quantities
+from rigid.study.season import SeasonFit, in_order, season
 
 ROOT = Path(rigid.__file__).parents[1]
+GOOD = {"usable": True, "why": [], "title": "", "simulated": True, "gap": 1.0, "settings": [],
+        "seed": 1, "parameters": {}}  # fmt: skip
 DRAGS = {"day-1": 120.0, "day-2": 130.0, "day-10": 140.0}
 
 
@@ -102,6 +104,19 @@ def test_what_is_done_is_not_done_again(done, folder):
     assert {one["name"]: one["status"] for one in made["campaigns"]}["lost"] == "usable"
     assert len((out / "rows.jsonl").read_text("utf-8").splitlines()) == lines + 1
     assert (out / "day-1" / "posterior.nc").stat().st_mtime_ns == before
+
+
+@pytest.mark.parametrize(("failed", "status"), [([2], 1), ([3], 3), ([2, 3], 3), ([], 0)])
+def test_a_fit_that_found_the_disk_full_shows_in_the_status(failed: list[int], status: int):
+    rows = [{"job": "good", "failed": None, "value": GOOD, "cost": {"cpu_s": 1.0}}]
+    rows += [
+        {"job": f"{n}", "failed": {"status": n, "says": "why"}, "cost": {"cpu_s": 1.0}}
+        for n in failed
+    ]
+    done = SeasonFit(Path("spring"), [{"name": row["job"]} | as_row(row) for row in rows])
+    assert done.status == status
+    assert [one.get("exit_status") for one in done.result["campaigns"]] == [None, *failed]
+    assert done.usable == (status == 0)
 
 
 def test_what_is_no_folder_of_specs_is_the_inputs_fault(tmp_path: Path):

@@ -9,14 +9,16 @@ import pytest
 from cart import write_cart
 
 from rigid import __main__ as rigid_command
-from rigid import batch, discover
+from rigid import batch, discover, load
+from rigid.discovery import refit
+from rigid.io.files import plain
 
 DRY, SLOW = 30.0, 0.05
 """N of dry friction that the spec does not name, and m/s over which it turns round."""
 
 
-def with_dry_friction(folder: Path) -> Path:
-    """The spec of a cart that slides on something, with dry friction as the one candidate."""
+def with_dry_friction(folder: Path, *others: str) -> Path:
+    """The spec of a cart that slides on something, with dry friction as a candidate."""
     path = write_cart(folder, seconds=8.0)
     head, *rows = (folder / "cart.csv").read_text("utf-8").splitlines()
     time, place, force = np.array([row.split(",") for row in rows], dtype=float).T
@@ -24,7 +26,7 @@ def with_dry_friction(folder: Path) -> Path:
     lines = [f"{a:.4f},{b:.9f},{c:.4f}" for a, b, c in zip(time, place, force, strict=True)]
     (folder / "cart.csv").write_text("\n".join([head, *lines]) + "\n", "utf-8")
     effects = 'effects = ["viscous-friction"]\n'
-    more = effects + 'candidates = ["coulomb-friction"]\n'
+    more = effects + f"candidates = {json.dumps(['coulomb-friction', *others])}\n"
     path.write_text(path.read_text("utf-8").replace(effects, more), "utf-8")
     return path
 
@@ -45,6 +47,41 @@ def test_discover_names_what_a_cart_hides(tmp_path, capsys):
     for figure in ("against-1", "matrix", "where"):
         assert f'id="fig-discovery-{figure}"' in page
         assert (out / "figures" / f"discovery-{figure}.csv").is_file()
+
+
+class Killed(BaseException):
+    """As a run ends that is interrupted."""
+
+
+def test_discover_goes_on_between_two_refits(tmp_path, monkeypatch):
+    """What was fitted in full before the end is not fitted again, and the result is the same."""
+    path = with_dry_friction(tmp_path, "stribeck-friction", "direction-dependent-viscosity")
+    study, fits = load(path), refit._fits
+    whole = study.discover(tmp_path / "whole", quiet=True)
+    assert len(whole.outcome.steps[0].refits) > 1
+    done: list[int] = []
+
+    def counted(fit, found, number, model):
+        if len(done) == 1:
+            done.append(number)
+            raise Killed
+        done.append(number)
+        return fits(fit, found, number, model)
+
+    monkeypatch.setattr(refit, "_fits", counted)
+    with pytest.raises(Killed):
+        study.discover(tmp_path / "out", quiet=True)
+    again = load(path).discover(tmp_path / "out", resume=True, quiet=True)
+    assert done[0] not in done[1:]
+    assert done[1] == done[2]
+    assert len(done) == 1 + len([r for step in whole.outcome.steps for r in step.refits])
+    told = [json.dumps(plain({**one.result, "steps": [], "spec": ""})) for one in (whole, again)]
+    assert told[0] == told[1]
+    for step, other in zip(whole.outcome.steps, again.outcome.steps, strict=True):
+        assert step.probability == other.probability
+        for name, one in step.refits.items():
+            np.testing.assert_array_equal(one.after.w, other.refits[name].after.w)
+    assert not list((tmp_path / "out").glob("discovery-refit*"))
 
 
 def test_batch_puts_all_carts_on_one_page(tmp_path, capsys):

@@ -94,6 +94,12 @@ def test_failures_are_rows_and_are_tried_again(tmp_path: Path):
     assert len(read_rows(path)) == 4 + 3
 
 
+def test_what_the_system_refuses_is_no_defect():
+    (row,) = run(job_functions.refused, [Job("one", {"file": "x.nc"})])
+    says = "the system refused: [Errno 28] No space left on device: 'x.nc'"
+    assert row["failed"] == {"status": 3, "says": says}
+
+
 def test_what_cannot_be_a_job_is_refused(tmp_path: Path):
     for jobs, says in (
         ([Job("a"), Job("a")], "two jobs are named 'a'"),

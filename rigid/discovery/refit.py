@@ -7,18 +7,23 @@ import numpy as np
 
 from rigid.discovery.fitted import Fitted
 from rigid.discovery.weighing.explain import Explained
+from rigid.io.cache import NOTHING_KEPT, Shelf
 from rigid.localfit.ascent import refined
 from rigid.localfit.candidates import Candidate, standard_of
 from rigid.localfit.evidence import amplitudes, most_probable
 from rigid.localfit.expansion import Point, Program, expand
+from rigid.localfit.families import Family
 from rigid.localfit.hypothesis import Hypothesis, widened
 from rigid.localfit.local import LocalFit
+from rigid.localfit.samples import Layout, Terms
 from rigid.localfit.settled import below, nearer_priors, unsettled
 
 MOST = 3
 """Effects that are fitted in full, at most."""
 WITHIN = 8.0
 """Effects whose log Bayes factor lies further below the best are not: odds of 1 in 3,000."""
+KEPT = "discovery-refit-*"
+"""What refits are called on the shelf, `*` standing for effects added before and the candidate."""
 BEFORE_STEPS = 3
 """Steps that the model without the effect gets in the program of the effect."""
 
@@ -55,21 +60,43 @@ def worth_refitting(evidence: Mapping[str, float], alone: Mapping[str, float]) -
     return sorted(near, key=lambda name: (alone[name] <= 0.0, -evidence[name]))[:MOST]
 
 
-def refit(fit: Fitted, found: Explained, name: str) -> Refit:
+def refit(fit: Fitted, found: Explained, name: str, shelf: Shelf = NOTHING_KEPT) -> Refit:
     """Fit the model with the effect `name` added, from its best candidate on.
 
     - `fit`: without it. Where it has left the priors, for want of the effect perhaps, the refit
       begins nearer to them, too; where it ends below the fit without the effect, at its absence.
+    - `shelf`: keeps the refit.
     """
     base, number = fit.local, found.best_of(name)
-    candidate = found.listed[number]
-    family = fit.program((*base.hypothesis.added, candidate.effect))
+    candidate, added = found.listed[number], base.hypothesis.added
+    family = fit.program((*added, candidate.effect))
+    extended = base.hypothesis.plus(candidate.effect, candidate.only, candidate.priors)
+    known = {"base": base, "hypothesis": base.hypothesis, "extended": extended, "family": family}
+    known |= {one: getattr(base.layout, one) for one in ("problem", "channels", "channel", "time")}
+    before, after = shelf.once(
+        KEPT.replace("*", f"{len(added)}-{number}"),
+        lambda: _fits(fit, found, number, (extended, family)),
+        (LocalFit, Layout, Terms),
+        known,
+    )
+    places = len({one.only for one in found.listed if one.effect is candidate.effect})
+    log_bayes = after.log_evidence - before.log_evidence - float(np.log(places))
+    return Refit(candidate, before, after, log_bayes)
+
+
+def _fits(
+    fit: Fitted, found: Explained, number: int, model: tuple[Hypothesis, Family]
+) -> tuple[LocalFit, LocalFit]:
+    """Fits without and with the candidate of a number, in one program.
+
+    - `model`: with its effect, and the program.
+    """
+    base, (extended, family) = fit.local, model
     chord = any(not e.steady for e in family.effects)
     before = base
     if chord:
         (before,) = expand(Program(family, kept=base.design), [Point.beside(base, base.w)])
         before = refined(before, chord, BEFORE_STEPS)
-    extended = base.hypothesis.plus(candidate.effect, candidate.only, candidate.priors)
     more = _beginning(found, number, extended)
     program = Program(family, kept=before.design if chord else None)
 
@@ -83,10 +110,7 @@ def refit(fit: Fitted, found: Explained, name: str) -> Refit:
     if below(after, before):
         absent = led(before.w, _beginning(found, number, extended, absent=True))
         after = max(after, absent, key=_height)
-    places = len({one.only for one in found.listed if one.effect is candidate.effect})
-    return Refit(
-        candidate, before, after, after.log_evidence - before.log_evidence - float(np.log(places))
-    )
+    return before, after
 
 
 def _height(local: LocalFit) -> float:

@@ -187,7 +187,7 @@ class Turn:
     def refit(self, name: str) -> Refit:
         """Fit the model with an effect added."""
         self.running.report(f"fit with {name}")
-        return refit(self.fit, self.found, name)
+        return refit(self.fit, self.found, name, self.running.shelf)
 
     def after(self, one: Refit) -> "Turn":
         """Return the turn that follows where an effect was added."""

@@ -201,7 +201,7 @@ def propose(found: Found, rng: np.random.Generator) -> tuple[MixtureProposal, Mo
 def fingerprint(spec: Spec, records: tuple[Record, ...], seed: int) -> dict[str, str]:
     """What a chain depends on, by name; when to stop is not part of it."""
     # Where a file lies does not matter, what it holds is in its own mark.
-    left_out = {"text": True, "path": True, "sampler": True, "title": True, "bands": True}
+    left_out = dict.fromkeys(("text", "path", "why_solver", "sampler", "title", "bands"), True)
     body = spec.model_dump(mode="json", exclude=left_out | {"records": {"__all__": {"file"}}})
     widths = spec.sampler.model_dump(include={"ensembles", "walkers", "block", "starts"})
     said = hashlib.sha256(repr((body, widths, seed)).encode()).hexdigest()

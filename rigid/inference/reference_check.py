@@ -36,6 +36,9 @@ MOST_STEPS = 0.5
 MOST_SHIFT = 0.1
 """Posterior sds by which a mean may be wrong."""
 
+FINER = 0.01
+"""Tolerance, in that of a problem which diffrax itself solves, at which it is solved again."""
+
 LEAST_ENDED = 0.9
 """Share of the points at which the full solve must come to its end."""
 
@@ -115,12 +118,14 @@ class SolverCheck:
             f"readings are off by {worst.bars:.2g} {unit}s of the sensor at most ({worst.quantity} "
             f"of {worst.record}; limit {MOST_STEPS:g})"
         )
+        if np.isinf(worst.error):
+            told = f"{worst.quantity} of {worst.record} comes to no number where diffrax ends"
         if self.differences is None:
             return told
         most = np.max(np.abs(self.differences))
         return (
             f"{told}, the log-posterior by {most:.2g}; no mean moves by more than "
-            f" {self.shift:.2g} posterior sds (limit {MOST_SHIFT:g})"
+            f"{self.shift:.2g} posterior sds (limit {MOST_SHIFT:g})"
         )
 
     @property
@@ -149,18 +154,27 @@ def against_reference(
 ) -> SolverCheck | None:
     """Solve the best fit and some draws again by diffrax; None where there is nothing to solve.
 
-    - `best`, `draws`: in z.
+    - `best`, `draws`: in z. - `tolerance`: of diffrax where steps solve the problem.
     """
     if nothing_solved(problem):
         return None
+    if problem.tolerance is not None:
+        tolerance = FINER * problem.tolerance
     z = np.concatenate([best[None], picked(draws, seed)])
+    return compared(problem, *both_ways(problem, z, tolerance), tolerance)
+
+
+def both_ways(
+    problem: Problem, z: Float[np.ndarray, "points size"], tolerance: float
+) -> tuple[Mapping[str, Array], Predictions, Predictions]:
+    """Values (points,) of z by label, and readings there as the problem is solved and in full."""
     parts = in_batches(predict, problem, z)
     fast = [
         {q: np.concatenate([p[g][q][..., :n] for p, n in parts], axis=2) for q in group.quantities}
         for g, group in enumerate(problem.groups)
     ]
     values = problem.parameters.values(jnp.asarray(z))
-    return compared(problem, values, fast, by_diffrax(problem, values, tolerance), tolerance)
+    return values, fast, by_diffrax(problem, values, tolerance)
 
 
 def nothing_solved(problem: Problem) -> bool:
@@ -246,7 +260,8 @@ def _error(
     problem: Problem, piece: Piece, off: Float[np.ndarray, "samples tracks points"]
 ) -> SensorError:
     """The worst error of a piece, where something was read."""
-    size = np.max(off[:, list(piece.tracks)], axis=2) * (np.asarray(piece.weight) > 0)
+    size = np.max(off[:, list(piece.tracks)], axis=2)
+    size = np.where(np.asarray(piece.weight) > 0, np.nan_to_num(size, nan=np.inf), 0.0)
     track = int(np.argmax(np.max(size, axis=0)))
     sheet = piece.sheet
     return SensorError(

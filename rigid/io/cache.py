@@ -114,11 +114,13 @@ class Shelf:
         return [key for key in both if entry.mark.get(key) != self.mark.get(key)]
 
     def clear(self, *names: str) -> None:
-        """Take values away that nothing needs any more; without a name, all of them."""
+        """Take values away that nothing needs any more; without a name, all of them.
+
+        - `names`: `*` in one stands for any letters.
+        """
         if self.folder is None:
             return
-        listed = [self._path(name) for name in names] if names else self.folder.glob("*.kept")
-        for path in listed:
+        for path in [p for name in names or ("*",) for p in self.folder.glob(f"{name}.kept")]:
             path.unlink(missing_ok=True)
         if not names:
             with suppress(OSError):  # what was set aside is left where it is

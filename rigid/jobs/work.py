@@ -12,14 +12,14 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rigid.io.errors import RigidError
+from rigid.io.errors import EnvironmentFaultError, RigidError
 from rigid.io.runtime import prepare
 from rigid.io.version import __version__
 from rigid.jobs.job import Given, digest, under
 from rigid.jobs.memory import resident, shed
 
-DEFECT = 3
-"""Exit status of a failure that is neither the input's nor told in a sentence."""
+DEFECT = OUTSIDE = EnvironmentFaultError.status
+"""Exit status of a defect of the program, and of a system that refuses something."""
 FRAMES = 3
 """Calls of a failure that a row names, the innermost ones."""
 
@@ -59,6 +59,8 @@ def carry_out(order: str, version: str, sent: Mapping[str, bytes] | None = None)
             files = _left_in(given.out)
         except RigidError as error:
             return _failed(error.status, str(error), _cost(began))
+        except OSError as error:
+            return _failed(OUTSIDE, f"the system refused: {error}", _cost(began))
         except Exception as error:  # a defect costs its job, not the run
             told = traceback.format_exception_only(error)[-1].strip()
             calls = traceback.extract_tb(error.__traceback__)[-FRAMES:]

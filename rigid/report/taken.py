@@ -1,4 +1,4 @@
-"""What a result took for exactly known, and which samples it set aside: entries and sentences."""
+"""What a result took for exactly known, what it set aside, what solved it: entries, sentences."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -7,15 +7,19 @@ from rigid.effects import AbstractEffect
 from rigid.likelihood.problem import Problem
 from rigid.likelihood.set_aside import Aside
 from rigid.plots.metrology import significant
+from rigid.spec import Spec
 
 MOST_TIMES = 3
 """Instants of one channel that a sentence tells."""
 
 
 def taken(
-    problem: Problem, aside: Sequence[Aside], added: Iterable[type[AbstractEffect]] = ()
+    spec: Spec,
+    problem: Problem,
+    aside: Sequence[Aside],
+    added: Iterable[type[AbstractEffect]] = (),
 ) -> dict[str, Any]:
-    """Entries `held_exact` and `set_aside` of a result.
+    """Entries `held_exact`, `set_aside` and `why_solver` of a result.
 
     - `aside`: samples that were set aside. - `added`: effects that came to those of the problem.
     """
@@ -35,7 +39,8 @@ def taken(
     }
     told: Mapping[str, str] = {one.name: one.exact for one in effects} | kinds
     exact += [_exact(name, says) for name, says in told.items() if says]
-    return {"held_exact": exact, "set_aside": [one.values() for one in aside]}
+    put_aside = [one.values() for one in aside]
+    return {"held_exact": exact, "set_aside": put_aside, "why_solver": spec.why_solver or None}
 
 
 def _exact(
@@ -45,9 +50,10 @@ def _exact(
 
 
 def sentences(made: Mapping[str, Any]) -> tuple[str, ...]:
-    """What was held exact, and what was set aside, for a page; `made` has the entries."""
+    """What was held exact and set aside, and what solved it, for a page; `made` has the entries."""
     exact = "; ".join(dict.fromkeys(one["says"] for one in made["held_exact"]))
-    return (f"Held exact: {exact}.", *map(_aside, made["set_aside"]))
+    solved = (f"Solver: {made['why_solver']}.",) if made.get("why_solver") else ()
+    return (f"Held exact: {exact}.", *map(_aside, made["set_aside"]), *solved)
 
 
 def lines(made: Mapping[str, Any]) -> list[str]:

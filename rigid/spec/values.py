@@ -183,9 +183,12 @@ class SamplerSpec(Value):
 
 
 class SolveSpec(Value):
-    """By what the equations of motion are solved; `tolerance` is diffrax's, relative."""
+    """By what the equations of motion are solved; `tolerance` is diffrax's, relative.
 
-    method: Literal["steps", "diffrax"] = "steps"
+    - `method`: None: steps, and diffrax where steps do not hold for an effect of the user's own.
+    """
+
+    method: Literal["steps", "diffrax"] | None = None
     tolerance: Annotated[Real, Field(ge=1e-12, le=1e-4)] = 1e-8
 
 
@@ -320,7 +323,11 @@ def _unmeasured(spec: SpecBody) -> Iterator[str]:
 
 
 class Spec(SpecBody):
-    """A spec read from `path`; `text` is the file as it stands."""
+    """A spec read from `path`; `text` is the file as it stands.
+
+    - `why_solver`: why its method of solving is the one it is, where the file leaves that open.
+    """
 
     path: Path
     text: str
+    why_solver: str = ""

@@ -49,6 +49,7 @@ class Checked(CommandResult):
             "field_records": self._fields(),
             "parameters": [] if self.problem is None else _parameters(self.problem),
             "sampler": None if self.problem is None else self._sampler(self.problem),
+            "why_solver": self.spec.why_solver or None,
         }
 
     def table(self) -> str:
@@ -72,7 +73,7 @@ class Checked(CommandResult):
             figures = "".join(f"{one[key]:12.5g}" for key in ("q05", "median", "q95"))
             lines.append(f"{one['name']:32}{one['unit']:10}{one['prior']:18}{figures}")
         if found["sampler"] is not None:
-            lines += ["", _sentence(found["sampler"])]
+            lines += ["", _sentence(found["sampler"]), *filter(None, [self.spec.why_solver])]
         return "\n".join(lines) + "\n"
 
     def _fields(self) -> list[str]:

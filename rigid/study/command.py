@@ -36,7 +36,7 @@ def ask(options: Options, question: "Callable[..., CommandResult]") -> int:
 
 
 def tell(options: Options, folder: Path, found: "CommandResult") -> int:
-    """Print a result, and where its report lies; returns the command's status, 1 if not usable.
+    """Print a result, and where its report lies; returns the command's status.
 
     The result goes to standard output, all else to standard error: checks that failed even where
     the command is to be quiet, what was held exact and set aside, the time of each stage, the page.
@@ -50,4 +50,4 @@ def tell(options: Options, folder: Path, found: "CommandResult") -> int:
     for line in (*(lines(found.taken) if found.taken else ()), *times()):
         say(options.quiet, line)
     say(options.quiet, painted(f"report: {folder / 'index.html'}", "bold"))
-    return 0 if found.usable else 1
+    return found.status

@@ -6,6 +6,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
+from rigid.discovery.refit import KEPT as REFITS
 from rigid.discovery.signatures import KEPT
 from rigid.discovery.unmodelled import SORTS
 from rigid.discovery.workflow import Outcome, Running
@@ -181,7 +182,7 @@ def answer(
     with stages(options.quiet) as follow:
         running = Running(seed, follow, shelf)
         outcome = work(asked.problem, best, asked.effects, given_priors(spec), running)
-    shelf.clear(KEPT)  # tens of megabytes that only a run under way needs
+    shelf.clear(KEPT, REFITS)  # tens of megabytes that only a run under way needs
     return Discovery(asked, outcome, seed, _agreement(found), opened, options.out)
 
 

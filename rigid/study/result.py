@@ -27,6 +27,11 @@ class CommandResult(ABC):
         return self.result["usable"]
 
     @property
+    def status(self) -> int:
+        """Exit status of the command: 0, or 1 for a result that must not be used."""
+        return 0 if self.usable else 1
+
+    @property
     def checks(self) -> tuple[Check, ...]:
         """What must hold for the result to be used: name, whether it does, a sentence."""
         return tuple(Check(**one) for one in self.result.get("checks", ()))

@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from rigid.io.cli import Options
-from rigid.io.errors import InputError, RigidError
+from rigid.io.errors import EnvironmentFaultError, InputError, RigidError
 from rigid.io.files import locked, write_text
 from rigid.io.progress import WRITE, say, stage
 from rigid.io.provenance import running
 from rigid.jobs.job import Given, Job
 from rigid.jobs.run import run, told
-from rigid.report.season.output import FAILED, NOT_FITTED, as_dict, as_row
+from rigid.report.season.output import NOT_FITTED, as_dict, as_row, failed
 from rigid.report.season.present import content, table
 from rigid.report.season.section import KIND
 from rigid.report.section import write_report
@@ -26,6 +26,7 @@ from rigid.study.result import CommandResult
 from rigid.study.study import Study
 
 ROWS = "rows.jsonl"
+OUTSIDE = EnvironmentFaultError.status
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +77,7 @@ class Season:
                     require_none_of_its_own(spec)
                 jobs.append(_job(name, spec, options.seed, out / name))
             except RigidError as error:
-                rows[name] = {"status": FAILED, "why": [str(error)]}
+                rows[name] = failed(error.status, str(error))
         return jobs, rows
 
 
@@ -94,6 +95,12 @@ class SeasonFit(CommandResult):
     def result(self) -> Mapping[str, Any]:
         """All of batch.json."""
         return as_dict(self.folder, self.campaigns)
+
+    @property
+    def status(self) -> int:
+        """Exit status: 3 where a fit could not finish for a reason outside its input."""
+        outside = any(one.get("exit_status") == OUTSIDE for one in self.campaigns)
+        return OUTSIDE if outside else super().status
 
     def table(self) -> str:
         """What the command prints."""

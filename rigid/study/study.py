@@ -1,6 +1,7 @@
 """A study: a spec with its records, and what can be asked of them."""
 
 import contextlib
+import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -17,6 +18,7 @@ from jax.typing import ArrayLike
 from rigid.friction.models import without_friction
 from rigid.inference.calibrate import calibrate
 from rigid.inference.search import Found
+from rigid.inference.solver_choice import left_open, with_solver
 from rigid.io.cli import Options
 from rigid.io.errors import InputError, together
 from rigid.io.files import locked
@@ -64,11 +66,29 @@ class Study:
         model = (partial(chosen_effects, self.spec), partial(given_priors, self.spec))
         return together(*model, partial(read_records, self.spec))[-1]
 
-    @cached_property
+    @property
+    def solved(self) -> Spec:
+        """The spec with what solves it: for an effect of the user's own, steps only if they hold.
+
+        Asking that takes some seconds to a minute, and the answer is told on standard error.
+        """
+        return self._solved[0]
+
+    @property
     def problem(self) -> Problem:
         """Model, priors and data put together."""
+        return self._solved[1]
+
+    @cached_property
+    def _solved(self) -> tuple[Spec, Problem]:
         with jax.ensure_compile_time_eval():  # kept beyond the trace that may be under way
-            return assemble(self.spec, self.records)
+            problem = assemble(self.spec, self.records)
+            if not left_open(self.spec, problem):
+                return self.spec, problem
+            solved = with_solver(self.spec, problem)
+        sys.stderr.write(f"{solved.why_solver}\n")
+        full = solved.solve.method == "diffrax"
+        return solved, problem.with_tolerance(solved.solve.tolerance) if full else problem
 
     @cached_property
     def log_posterior(self) -> LogPosterior:
@@ -125,9 +145,9 @@ class Study:
         problem = self.problem  # what is wrong with records shows before a folder is made
         with self._running("fit"), _folder(options) as folder:
             done = calibrate(
-                self.spec, self.records, problem, options, folder, self._first(options, began)
+                self.solved, self.records, problem, options, folder, self._first(options, began)
             )
-            found = Fit(self.spec, done, time.monotonic() - began)
+            found = Fit(self.solved, done, time.monotonic() - began)
             if out is not None:
                 with stage(quiet, WRITE):
                     found.write(folder)
@@ -179,7 +199,8 @@ class Study:
 
         Raises InputError for candidates that nothing answers to.
         """
-        return Question(self.spec, self.records, self.problem, candidates(self.spec, self.problem))
+        spec, problem = self.solved, self.problem
+        return Question(spec, self.records, problem, candidates(spec, problem))
 
     def discover(
         self,
@@ -208,9 +229,9 @@ class Study:
     ) -> Laws:
         """Compare the friction models."""
         options = self._options(out, seed, resume, quiet)
-        problem = assemble(without_friction(self.spec), self.records)
+        problem = assemble(without_friction(self.solved), self.records)
         with self._running("laws"), _held(out):
-            found = compare_laws(self.spec, self.records, problem, self._seed(seed), options)
+            found = compare_laws(self.solved, self.records, problem, self._seed(seed), options)
             if out is not None:
                 with stage(quiet, WRITE):
                     found.write(Path(out))
@@ -236,7 +257,7 @@ class Study:
         if self.spec.published is not None:
             raise InputError(f"{self.spec.path}: has [published] numbers and no records to draw")
         options = replace(self._options(out, seed, resume, quiet), workers=workers)
-        base = Base(self.spec, self.records, self.problem)
+        base = Base(self.solved, self.records, self.problem)
         with self._running("validate"), _held(out):
             found = validate(base, asked or Replicates(), self._seed(seed), options)
             if out is not None:
@@ -252,7 +273,7 @@ class Study:
         fitted = self.spec.published is None and any(r.fit for r in self.spec.records)
         if not fitted:
             return Checked(self.spec, (), None)
-        return Checked(self.spec, self.records, self.problem)
+        return Checked(self.solved, self.records, self.problem)
 
     def _running(self, method: str) -> contextlib.AbstractContextManager[None]:
         """Say for the report which method was called, unless a command says what it is."""

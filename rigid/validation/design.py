@@ -50,6 +50,7 @@ def arguments(spec: Spec, design: Design, number: int) -> dict[str, Any]:
     told = asdict(design) | {"around": {k: list(v) for k, v in sorted(design.around.items())}}
     return {
         "text": spec.text,
+        "method": spec.solve.method,
         "path": str(folder / spec.path.name),
         "design": told,
         "number": number,
@@ -65,4 +66,5 @@ def read_arguments(given: Given) -> tuple[Spec, Design, int]:
     )
     around = {k: (v[0], v[1]) for k, v in told["design"]["around"].items()}
     design = Design(**(told["design"] | {"around": around}))
-    return spec.model_copy(update={"records": records}), design, told["number"]
+    solve = spec.solve.model_copy(update={"method": told["method"]})
+    return spec.model_copy(update={"records": records, "solve": solve}), design, told["number"]

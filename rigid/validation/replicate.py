@@ -18,7 +18,7 @@ from rigid.spec import Spec
 from rigid.validation.broken import broken, kept
 from rigid.validation.campaign import Base, Campaign, draw, read_base
 from rigid.validation.design import COLOUR, Design, read_arguments
-from rigid.validation.draws import Weighted, chained, of_chain, weighted
+from rigid.validation.draws import Weighted, chained, hopeless, of_chain, weighted
 from rigid.validation.ranks import ranks
 
 PRIOR_STARTS = 2
@@ -96,9 +96,9 @@ def _fast(
     near = np.clip(kept(problem, campaign.z, campaign.problem), -FARTHEST, FARTHEST)
     first = np.concatenate([near[None], rng.standard_normal((PRIOR_STARTS, len(near)))])
     found = _without_colour(search_from(problem, first), problem, design)
-    law, _ = propose(found, rng)
-    draws = weighted(found.problem, law, rng)
-    if not draws.good:
+    law, tried = propose(found, rng)
+    draws = None if hopeless(tried.kish) else weighted(found.problem, law, rng)
+    if draws is None or not draws.good:
         draws = chained(found.problem, law, base.spec.sampler, int(rng.integers(2**31)))
     return found.problem, draws, len(found.optima)
 

@@ -148,7 +148,7 @@ def result(spec: Spec, done: Calibrated, wall: float) -> Result:
         versions=versions(),
         sha256={f"{r.name},{r.cylinder}": r.sha256 for r in done.records},
         solver=None if done.solver is None else done.solver.values(),
-        taken=taken(done.problem, listed(done.problem, done.found.aside)),
+        taken=taken(spec, done.problem, listed(done.problem, done.found.aside)),
     )
 
 

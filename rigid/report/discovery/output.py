@@ -67,7 +67,7 @@ def as_dict(spec: Spec, outcome: Outcome, extended: Path | None) -> dict[str, An
             "floor": 1.0,
         },
         "rejected": rejected(outcome),
-        **taken(layout.problem, aside_of(layout), outcome.final.hypothesis.added),
+        **taken(spec, layout.problem, aside_of(layout), outcome.final.hypothesis.added),
     }
 
 

@@ -47,7 +47,7 @@ def as_dict(
         "laws": [_law(one, found) for one in found.standings],
         "solver": None if solver is None else solver.values() | {"says": solver.says},
         "seed": seed,
-        **taken(found.first.local.layout.problem, aside_of(found.first.local.layout), added),
+        **taken(spec, found.first.local.layout.problem, aside_of(found.first.local.layout), added),
     }
 
 

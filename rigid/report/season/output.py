@@ -18,7 +18,7 @@ FIGURES = ("unit", "median", "mean", "sd", "q05", "q95")
 def as_row(row: Mapping[str, Any]) -> dict[str, Any]:
     """What batch.json says of a campaign, from the row of its job."""
     if row["failed"] is not None:
-        return {"status": FAILED, "why": [row["failed"]["says"]], "cost": row["cost"]}
+        return failed(**row["failed"]) | {"cost": row["cost"]}
     found = row["value"]
     parameters = {k: {f: v[f] for f in FIGURES} for k, v in found["parameters"].items()}
     return {
@@ -29,6 +29,14 @@ def as_row(row: Mapping[str, Any]) -> dict[str, Any]:
         **{key: found[key] for key in ("title", "simulated", "gap", "settings", "seed")},
         "parameters": parameters,
     }
+
+
+def failed(status: int, says: str) -> dict[str, Any]:
+    """Return the entry of a campaign that could not be fitted.
+
+    - `status`: the exit status that its fit alone would have had.
+    """
+    return {"status": FAILED, "exit_status": status, "why": [says]}
 
 
 def as_dict(folder: Path, campaigns: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
