@@ -37,8 +37,8 @@ BLUR = ImageFilter.BoxBlur(1)
 LONGER = 0.1
 """Share by which a part may be wider, narrower, longer or shorter."""
 MOST = 0.1
-"""Share of the squares of a part that may have changed; letters that are placed otherwise change 0.01
-of them, a column of a table that is lost 0.28."""
+"""Share of the squares of a part that may have changed; letters placed otherwise change 0.01 of
+them, a column of a table that is lost 0.28."""
 FONT = "".join(
     f'@font-face {{ font-family: Approved; font-weight: {weight}; src: url("{path.as_uri()}") }}\n'
     for weight, path in (
