@@ -24,7 +24,7 @@ APPROVED = Path(__file__).parent / "approved"
 SEEN = Path(__file__).parents[2] / "build" / "screens"
 FONTS = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
 WIDTHS = (1280, 390)
-PAGES = ("fresh", "discovery", "season")
+PAGES = ("fresh", "laws", "discovery", "compare", "bands")
 PARTS = "header, .front, figure, .scroll, pre"
 SQUARE = 16
 """Pixels of the page, across and down, that one pixel of an approved picture stands for."""
