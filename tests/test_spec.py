@@ -550,25 +550,25 @@ def test_all_mistakes_of_a_record_and_of_a_campaign_are_told_at_once(refusal):
 
 
 def test_channels_of_a_cylinder_stand_in_for_those_of_its_records(write):
-    """The reference campaign with its loggers' columns said once is the same, but for its text."""
+    """The reference campaign with the columns of its loggers in every record is the same."""
     path = find_spec("calibration")
-    text, own = path.read_text("utf-8"), load_spec(path)
-    shared = ""
+    text, shared = path.read_text("utf-8"), load_spec(path)
+    head, *records = text.split("[[records]]\n")
     for side in "AB":
-        columns = next(
-            part.split("\n\n")[0]
-            for part in text.split("[records.channels]\n")[1:]
-            if f"Load_{side}" in part.split("\n\n")[0]
-        ).strip("\n")
-        assert text.count(f"[records.channels]\n{columns}\n") >= 4
-        text = text.replace(f"[records.channels]\n{columns}\n", "")
-        shared += f"[channels.{side}]\n{columns}\n\n"
-    found = load_spec(write(text.replace("[[records]]", shared + "[[records]]", 1)))
+        columns = head.split(f"[channels.{side}]\n")[1].split("\n\n")[0]
+        bare = [f'cylinder = "{side}"' in r and "channels" not in r for r in records]
+        assert sum(bare) >= 4
+        records = [
+            f"{r.rstrip()}\n[records.channels]\n{columns}\n\n" if its else r
+            for r, its in zip(records, bare, strict=True)
+        ]
+    head = head.split("[channels.A]")[0]
+    found = load_spec(write("[[records]]\n".join([head, *records])))
     files = [r.model_copy(update={"file": r.file.name}) for r in found.records]
-    assert files == [r.model_copy(update={"file": r.file.name}) for r in own.records]
+    assert files == [r.model_copy(update={"file": r.file.name}) for r in shared.records]
     # What a chain is resumed by.
     left_out = {"path", "text", "records"}
-    assert found.model_dump(exclude=left_out) == own.model_dump(exclude=left_out)
+    assert found.model_dump(exclude=left_out) == shared.model_dump(exclude=left_out)
 
 
 BARE = FRAME.replace(f"{CHANNELS}\n", "")

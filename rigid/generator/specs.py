@@ -23,7 +23,8 @@ def file_name(run: Run) -> str:
 def write_specs(folder: Path, data: Path, truth: Truth) -> None:
     """Write calibration.toml and constant-mu.toml into `folder` for the records in `data`."""
     where = Path(os.path.relpath(data.resolve(), folder.resolve())).as_posix()
-    records = "\n".join(_record(run, where) for run in truth.runs)
+    slow = sorted({run.cylinder for run in truth.runs if run.kind not in SUFFIX})
+    records = "\n".join([*map(_channels, slow), *(_record(run, where) for run in truth.runs)])
     titles = {
         "calibration": "Calibration of the rig, friction with memory",
         "constant-mu": "Calibration of the rig, a constant viscosity per kind of record",
@@ -69,8 +70,11 @@ def _slow(run: Run) -> Iterator[str]:
             yield f'    {{ until = {switch.until}, position = "{switch.position}" }},'
         yield f'    {{ position = "{run.valve[-1].position}" }},'
         yield "]"
-    yield "[records.channels]"
-    yield 'time = { column = "TIMESTAMP", unit = "timestamp" }'
+
+
+def _channels(cylinder: str) -> str:
+    lines = [f"[channels.{cylinder}]", 'time = { column = "TIMESTAMP", unit = "timestamp" }']
     for channel, unit in (("load", "kN"), ("stroke", "mm"), ("pressure", "bar")):
-        name = column(channel, run.cylinder)
-        yield f'{channel} = {{ column = "{name}", unit = "{unit}" }}'
+        name = column(channel, cylinder)
+        lines.append(f'{channel} = {{ column = "{name}", unit = "{unit}" }}')
+    return "\n".join(lines) + "\n"

@@ -172,6 +172,7 @@ def edited(spec: str, case: Case) -> str:
         sheets = [f"[sensors.{q}]\nnoise = {case.noise * law[2]}\n" for q, law in SENSORS.items()]
         head += "\n".join(sheets) + "\n"
     kept = [_record(record, case.records) for record in records]
+    head = _without(head, case.records)  # the channels of a cylinder stand there
     return head + "".join(f"[[records]]\n{record}" for record in kept if record)
 
 
@@ -182,6 +183,12 @@ def _record(record: str, kept: str) -> str:
         return ""
     if kept == "no release" and release:
         return ""
+    return _without(record, kept)
+
+
+def _without(text: str, kept: str) -> str:
+    """Give lines of a spec without those of a channel, where `kept` is "no CHANNEL"."""
     channel = kept.removeprefix("no ")
-    lines = record.splitlines(keepends=True)
-    return "".join(line for line in lines if not line.startswith(f"{channel} = "))
+    return "".join(
+        line for line in text.splitlines(keepends=True) if not line.startswith(f"{channel} = ")
+    )
