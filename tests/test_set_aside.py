@@ -7,10 +7,14 @@ import jax.numpy as jnp
 import numpy as np
 from test_screening import SHEETS, campaign, fitted
 
+from rigid.inference.derived import channels, overall_gap
 from rigid.inference.search import search
 from rigid.likelihood.set_aside import Readings, beyond, listed, readings_of, spikes
-from rigid.localfit.local import LocalFit
+from rigid.localfit.ascent import refined
+from rigid.localfit.leave_one_out import gap
+from rigid.localfit.local import LocalFit, with_weights
 from rigid.localfit.samples import aside_of, data_of, lay_out
+from rigid.localfit.weights import facts
 from rigid.report.taken import lines, sentences, taken
 
 
@@ -84,6 +88,21 @@ def test_a_search_sets_the_same_samples_aside_and_finds_the_noise_of_the_rest():
     moved = (found.optima[0].z - clean.optima[0].z)[free]
     assert np.abs(moved / np.sqrt(np.diag(clean.optima[0].covariance)[free])).max() < 1.0
     assert aside_of(lay_out(found.problem)) == ()  # they are as if never read
+
+
+def test_fit_laws_and_discover_have_one_gap():
+    """They end in one optimum by ways of their own, so that gaps agree to a thousandth.
+
+    With the spikes, which both set aside, the gap would be half as large again.
+    """
+    problem = spiked(campaign(304))
+    found = search(problem, 2, 1)
+    fit = overall_gap(channels(found, found.optima[0].z[None], 1))
+    local = fitted(problem)[0]
+    refitted = refined(with_weights(local, facts(local, np.zeros((local.residual.size, 0)))))
+    assert abs(gap(refitted) - fit) < 1e-3
+    assert abs(fit - 1.0) < 0.1
+    assert gap(local) > 1.4
 
 
 def test_what_is_set_aside_and_held_exact_is_told():

@@ -13,7 +13,7 @@ from pathlib import Path
 EXAMPLES = Path(__file__).parents[2] / "reports" / "examples"
 FILES = re.compile(r' ?<span class="files">.*?</span>|<p>The same as files: .*?</p>\n', re.DOTALL)
 LINK = re.compile(r'<a href="(?!#)[^"]*">(.*?)</a>', re.DOTALL)
-FOLDERS = re.compile(r"(?<=[ >])/(?:[\w.-]+/)+(?=[\w.-])")
+FOLDERS = re.compile(r"(?<=[ >;])/(?:[\w.-]+/)+(?=[\w.-])")
 
 
 def put(name: str, folder: Path) -> Path:

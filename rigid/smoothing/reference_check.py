@@ -67,7 +67,10 @@ def _checked(
     """The check of one cylinder's record under one law."""
     centre = law.centre()
     some = law.only(np.arange(min(POINTS - 1, law.size)))
-    joined = {k: np.concatenate([v, some.values[k]]) for k, v in centre.values.items()}
+    joined = {
+        k: np.concatenate([v, np.broadcast_to(some.values[k], some.size)])
+        for k, v in centre.values.items()
+    }
     rigs = draws(RigModel(law.name, 1.0, law.effects, joined, law.labels), field)
     here = liveliest(field, WINDOW)
     part = field.cut(here.start, here.stop)

@@ -3,48 +3,25 @@
 Needs a Chromium of the system and the packages of docs/requirements.txt; run with `-m browser`.
 """
 
-import shutil
 from pathlib import Path
 
-import fake_calibration as fake
 import pytest
 
-from rigid.report.calibration.section import KIND
 from rigid.report.page import Section, rebuild, write_section
-from rigid.report.section import write_report
-from rigid.report.templating import FOLDER
 
-playwright = pytest.importorskip("playwright.sync_api", reason="no extra `browser` is installed")
 Axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe
 
-CHROMIUM = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
+pytestmark = pytest.mark.browser
+EXAMPLES = sorted(
+    path.parent.name
+    for path in (Path(__file__).parents[2] / "reports" / "examples").glob("*/index.html")
 )
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this system"),
-]
-EXAMPLES = sorted((Path(__file__).parents[2] / "reports" / "examples").glob("*/index.html"))
 WIDTHS = (1280, 390)
 GRAVE = ("serious", "critical")
 OPEN_ALL = "document.querySelectorAll('details').forEach(one => one.open = true)"
 BROKEN = """<div style="width: 3000px">wide</div><img src="missing.png">
 <script>undefined_name()</script>
 <input><div style="overflow: auto; height: 1em"><p>a</p><p>b</p><p>c</p></div>"""
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with playwright.sync_playwright() as started:
-        # The sandbox of Chromium does not run as root, which is who runs tests in containers.
-        made = started.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield made
-        made.close()
-
-
-@pytest.fixture(scope="module")
-def calibration(tmp_path_factory):
-    return write_report(KIND, fake.calibration(), tmp_path_factory.mktemp("calibration"))
 
 
 def faults(browser, path: Path, width: int, scheme: str = "light") -> list[str]:
@@ -81,14 +58,9 @@ def test_a_fresh_page_has_no_fault(browser, calibration, width, scheme):
     assert faults(browser, calibration, width, scheme) == []
 
 
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.parent.name)
-def test_the_committed_examples_have_no_fault_with_the_style_of_today(browser, path, tmp_path):
-    head, rest = path.read_text("utf-8").split("<style>")
-    rest = rest.split("</style>", 1)[1]
-    style = (FOLDER / "style.css").read_text("utf-8")
-    today = tmp_path / "index.html"
-    today.write_text(f"{head}<style>{style}</style>{rest}", "utf-8")
-    assert [fault for width in WIDTHS for fault in faults(browser, today, width)] == []
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_the_committed_examples_have_no_fault_with_the_style_of_today(browser, example, name):
+    assert [fault for width in WIDTHS for fault in faults(browser, example(name), width)] == []
 
 
 def test_a_calibration_prints_on_two_pages_and_more_where_layers_are_open(browser, calibration):
