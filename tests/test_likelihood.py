@@ -88,6 +88,24 @@ def test_value_is_the_sum_over_samples():
     np.testing.assert_allclose(got.value, marginal(again, best, sheet.spread).value, atol=1e-4)
 
 
+def test_readings_of_a_solve_that_blew_up_are_never_probable(monkeypatch):
+    """Steps of a rig of next to no friction read 1e70 N, and that once was worth e^(1e43)."""
+    rng, n = np.random.default_rng(55), 2 * BLOCK
+    pieces, predictions = made_pieces(rng, n, (n,))
+    size = 10.0 ** np.linspace(0.0, 120.0, 241)
+    wild = predictions[0]["load"][..., :1] * size * rng.standard_normal((n, 1, 1))
+    sigma = {"noise[load,A]": jnp.full(len(size), 147.5)}
+
+    def value():
+        return np.asarray(marginal_likelihood(pieces, [{"load": wild}], sigma).value)
+
+    assert np.all(value()[size > 1e8] == -np.inf)
+    assert np.all(np.isfinite(value()[size < 1e4]))
+    assert np.all(value() < 0.0)
+    monkeypatch.setattr("rigid.likelihood.marginal.FAR", np.inf)
+    assert np.any(value() > 1e6)
+
+
 def test_halves_of_the_weight_count_half():
     n = 100
     pieces, predictions = made_pieces(np.random.default_rng(54), n, (n,))

@@ -133,6 +133,47 @@ def test_draws_have_the_moments_of_the_target():
     assert np.all((draws.acceptance > 0.2) & (draws.acceptance < 0.9))
 
 
+def half_of_it(d: int, width: float = 0.1):
+    """Two modes alike within a standard normal prior, and a proposal that knows one of them."""
+    centres = np.zeros((2, d))
+    centres[:, 0] = -1.0, 1.0
+
+    def log_prob(z):
+        away = np.sum((z[:, None] - centres) ** 2, axis=2) / width**2
+        return np.logaddexp.reduce(-0.5 * away, axis=1)
+
+    known = Mode(centres[0], width * np.eye(d), 0.0)
+    return log_prob, MixtureProposal((known,), np.ones(1))
+
+
+@pytest.mark.parametrize("d", [4, 8])
+def test_a_bias_that_all_ensembles_would_share_is_seen(d: int, monkeypatch):
+    """Those that begin apart find the mode that the proposal misses, and R-hat says so."""
+    log_prob, proposal = half_of_it(d)
+    settings = replace(QUICK, walkers=64, max_steps=300)
+    draws = sample.sample(log_prob, proposal, settings)
+    assert not draws.converged
+    assert "R-hat of z[0]" in draws.says
+    other = (draws.z[..., 0] > 0.0).mean(axis=(1, 2))
+    assert np.all(other[1::2] > 0.1)
+    again = sample.sample(log_prob, proposal, settings)
+    np.testing.assert_array_equal(draws.z, again.z)
+    monkeypatch.setattr(ensemble, "apart", lambda _: False)
+    alike = sample.sample(log_prob, proposal, settings)
+    assert alike.converged  # on half of the answer
+    assert np.all(alike.z[..., 0] < 0.0)
+
+
+def test_ensembles_that_begin_apart_draw_from_the_target_all_the_same():
+    log_prob, proposal, mean, covariance = gaussian()
+    draws = sample.sample(log_prob, proposal, replace(QUICK, ensembles=6))
+    for i in range(3):
+        for rows in (draws.z[::2, ..., i], draws.z[1::2, ..., i]):
+            ess, _ = convergence.effective_sizes(rows)
+            assert abs(rows.mean() - mean[i]) < 4 * rows.std() / np.sqrt(ess)
+            assert abs(rows.var() / covariance[i, i] - 1.0) < 4 * np.sqrt(2.0 / ess)
+
+
 def test_modes_get_their_weight_wherever_the_walkers_begin():
     log_prob, modes = two_modes()
     weights = mode_weights(log_prob, modes, np.random.default_rng(1), 2_000).weights
@@ -149,6 +190,7 @@ def test_modes_get_their_weight_wherever_the_walkers_begin():
 def test_without_the_independence_move_the_modes_keep_what_they_began_with(monkeypatch):
     log_prob, modes = two_modes()
     monkeypatch.setattr(moves, "mixed", lambda _: [(DEMove(), 0.7), (SnookerMove(), 0.3)])
+    monkeypatch.setattr(ensemble, "apart", lambda _: False)
     proposal = MixtureProposal(modes, np.array([0.5, 0.5]))
     draws = sample.sample(log_prob, proposal, replace(QUICK, max_steps=300))
     assert not draws.converged

@@ -18,6 +18,17 @@ from rigid.io.errors import UnusableResultError
 REDRAWS = 100
 
 
+def apart(index: int) -> bool:
+    """Whether an ensemble begins away from the proposal: every other one does.
+
+    All ensembles would otherwise share what the proposal misses, and R-hat could not see it. Those
+    apart begin between the proposal and the prior, and are led by the moves along other walkers
+    alone in their first block, which is dropped: what they then have found outside of the proposal
+    they keep, since the independence move seldom leads away from there.
+    """
+    return index % 2 == 1
+
+
 class Abandoned(Exception):
     """The block was given up: another ensemble failed, or the user asked to stop."""
 
@@ -47,7 +58,8 @@ class Ensemble:
         """
         counted = moves.padded(self._stoppable, self.layout.walkers // 2)
         state = before or self._begin(index, counted)
-        run = self._sampler(counted)
+        alone = before is None and apart(index)
+        run = self._sampler(counted, moves.along_others() if alone else moves.mixed(self.proposal))
         start = emcee.State(state.coords, log_prob=state.log_prob, random_state=_words(state))
         for last in run.sample(start, iterations=self.layout.block, skip_initial_state_check=True):
             start = last
@@ -57,7 +69,9 @@ class Ensemble:
         random.set_state(run.random_state)
         stuck = np.flatnonzero(accepted == 0)
         if before is None and len(stuck):
-            coords[stuck], log_prob[stuck] = self._starts(random, len(stuck), counted)
+            coords[stuck], log_prob[stuck] = self._starts(
+                random, self.proposal.sample(random, len(stuck)), counted
+            )
         return EnsembleBlock(
             z=np.array(run.backend.chain),
             log_prob=np.array(run.backend.log_prob),
@@ -67,9 +81,8 @@ class Ensemble:
             state=_state(coords, log_prob, random),
         )
 
-    def _sampler(self, counted: moves.Padded) -> emcee.EnsembleSampler:
+    def _sampler(self, counted: moves.Padded, mix: list) -> emcee.EnsembleSampler:
         d, n = self.proposal.dimension, self.layout.walkers
-        mix = moves.mixed(self.proposal)
         run: Any = emcee.EnsembleSampler(n, d, counted, moves=mix, vectorize=True)
         run.log_prob_fn = counted  # emcee's own wrapper prints to standard output when it fails
         return run
@@ -82,14 +95,17 @@ class Ensemble:
     def _begin(self, index: int, counted: moves.Padded) -> EnsembleState:
         seeds = np.random.SeedSequence(self.layout.seed).spawn(self.layout.ensembles)
         random = np.random.RandomState(np.random.MT19937(seeds[index]))
-        return _state(*self._starts(random, self.layout.walkers, counted), random)
+        draw = self.proposal.sample_apart if apart(index) else self.proposal.sample
+        return _state(*self._starts(random, draw(random, self.layout.walkers), counted), random)
 
     def _starts(
-        self, random: np.random.RandomState, n: int, counted: moves.Padded
+        self, random: np.random.RandomState, z: NDArray[np.float64], counted: moves.Padded
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Draw n points of the proposal with a finite posterior, and their log-probabilities."""
-        z = self.proposal.sample(random, n)
-        values = counted(z)
+        """Return points (n, d) with a finite posterior, and their log-probabilities.
+
+        - z: (n, d), tried first; where the posterior has no value, points of the proposal are.
+        """
+        n, values = len(z), counted(z)
         for _ in range(REDRAWS):
             bad = np.flatnonzero(~np.isfinite(values))
             if not len(bad):

@@ -77,11 +77,12 @@ class SnookerMove(RedBlueMove):
 
 def mixed(proposal: MixtureProposal) -> list[tuple[Move, float]]:
     """The moves of one ensemble and their shares, made anew for each thread."""
-    return [
-        (IndependenceMove(proposal), INDEPENDENCE),
-        (DEMove(), EVOLUTION),
-        (SnookerMove(), SNOOKER),
-    ]
+    return [(IndependenceMove(proposal), INDEPENDENCE), *along_others()]
+
+
+def along_others() -> list[tuple[Move, float]]:
+    """The moves that know nothing of the mixture."""
+    return [(DEMove(), EVOLUTION), (SnookerMove(), SNOOKER)]
 
 
 class Padded:

@@ -73,6 +73,19 @@ class MixtureProposal:
         steps = np.einsum("nij,nj->ni", self._factors[which], normal)
         return self._means[which] + stretch[:, None] * steps
 
+    def sample_apart(self, rng: Random, n: int) -> NDArray[np.float64]:
+        """Draw n points, (n, d), each of a law between that over a mode and the standard normal.
+
+        Centre and widths go from those of the mode to those of the prior, in the logarithm of the
+        widths; a quarter of the points go by less than half of the way.
+        """
+        which = rng.choice(len(self.modes), size=n, p=self.weights)
+        way = np.sqrt(rng.uniform(size=(n, 1)))
+        normal = rng.standard_normal((n, self.dimension))
+        variance, axes = np.linalg.eigh(self._factors @ np.swapaxes(self._factors, 1, 2))
+        steps = variance[which] ** (0.5 * (1.0 - way)) * normal
+        return (1.0 - way) * self._means[which] + np.einsum("nij,nj->ni", axes[which], steps)
+
     def log_density(self, z: NDArray[np.float64]) -> NDArray[np.float64]:
         """Log density at z (n, d) -> (n,)."""
         return np.logaddexp.reduce(self._log_joint(z), axis=1)

@@ -19,6 +19,11 @@ from rigid.likelihood.noise import Spread
 
 Tree = TypeVar("Tree")
 
+FAR = 1e6
+"""Readings so many times larger than what was read, root mean square, are those of a solve that
+blew up. Beyond some 1e8 nothing is left of the data in sums of squares, and what rounding leaves of
+them has made log-likelihoods of +1e98."""
+
 BLOCK = 64
 """Samples summed at a time; a block of all tracks and walkers stays in the processor's cache."""
 
@@ -119,19 +124,26 @@ def _by_sensor(pieces: tuple[Piece, ...], found: Mapping[int, Tree]) -> dict[str
     return out
 
 
-def _calibrations(pieces: tuple[Piece, ...], turns: list[Turns]) -> dict[str, noise.Calibration]:
-    """Return every sensor's most probable gain and zero under Gaussian noise, (walkers,)."""
+def _calibrations(
+    pieces: tuple[Piece, ...], turns: list[Turns]
+) -> tuple[dict[str, noise.Calibration], Array]:
+    """Return every sensor's most probable gain and zero under Gaussian noise, (walkers,).
 
-    def sums(one: Turn) -> noise.Sums:
+    And whether readings are near enough to the data for a likelihood, (walkers,).
+    """
+
+    def sums(one: Turn) -> tuple[noise.Sums, Array]:
         variance = one.sigma**2 + one.step**2 / 12.0
-        return noise.Sums(*(x / variance for x in one.summed(noise.moments)))
+        found = noise.Sums(*(x / variance for x in one.summed(noise.moments)))
+        read = jnp.sum(one.weight * one.data**2, axis=0)[:, None] / variance
+        return found, jnp.all(found.mm <= FAR**2 * (read + found.one), axis=0)
 
-    found = {i: x for some in turns for i, x in zip(some.members, some.map(sums), strict=True)}
-    spreads = spreads_of(pieces)
+    each = {i: x for some in turns for i, x in zip(some.members, some.map(sums), strict=True)}
+    spreads, found = spreads_of(pieces), {i: x for i, (x, _) in each.items()}
     return {
         label: noise.least_squares(total, spreads[label])
         for label, total in _by_sensor(pieces, found).items()
-    }
+    }, reduce(jnp.logical_and, (near for _, near in each.values()))
 
 
 def spreads_of(pieces: tuple[Piece, ...]) -> dict[str, Spread]:
@@ -155,9 +167,12 @@ class MarginalLikelihood:
 def marginal_likelihood(
     pieces: tuple[Piece, ...], predictions: list[dict[str, Array]], values: Mapping[str, Array]
 ) -> MarginalLikelihood:
-    """Integrate gain and zero of every sensor out of the likelihood of all samples."""
+    """Integrate gain and zero of every sensor out of the likelihood of all samples.
+
+    Where readings are FAR from the data its value is -inf.
+    """
     turns = in_turns(pieces, predictions, values)
-    at, spreads = _calibrations(pieces, turns), spreads_of(pieces)
+    (at, near), spreads = _calibrations(pieces, turns), spreads_of(pieces)
     found: dict[int, noise.Quadratic] = {}
     for some in turns:
 
@@ -167,8 +182,8 @@ def marginal_likelihood(
             law = noise.sample_law(one.sigma, one.step, rounded)
             return noise.Quadratic(*one.summed(partial(noise.quadratic, law, *near)))
 
-        near = _stacked(_stacked(at[label] for label in pieces[i].sensors) for i in some.members)
-        found |= dict(zip(some.members, some.map(expanded, near), strict=True))
+        here = _stacked(_stacked(at[label] for label in pieces[i].sensors) for i in some.members)
+        found |= dict(zip(some.members, some.map(expanded, here), strict=True))
     tracks: dict[tuple[int, int], Array] = {}
     for number, piece in enumerate(pieces):
         for i, track in enumerate(piece.tracks):
@@ -178,4 +193,5 @@ def marginal_likelihood(
         label: noise.marginal(expansion, at[label], spreads[label])
         for label, expansion in _by_sensor(pieces, found).items()
     }
-    return MarginalLikelihood(reduce(add, (s.value for s in sensors.values())), sensors, tracks)
+    value = reduce(add, (s.value for s in sensors.values()))
+    return MarginalLikelihood(jnp.where(near, value, -jnp.inf), sensors, tracks)
