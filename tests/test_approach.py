@@ -25,11 +25,11 @@ F_C = { lognormal = { median = 30.0, factor = 3.0 } }
 def spec_with(folder: Path, *, only: str = "", names: str = "", priors: str = "") -> Spec:
     """The reference campaign under other effects, with the records of one name or all."""
     text = EXAMPLE.read_text("utf-8")
-    begin, end = text.index("[model]"), text.index("[[records]]")
-    records = text[end:].split("[[records]]")[1:]
+    begin, end = text.index("[model]"), text.index("[channels.A]")
+    channels, *records = text[end:].split("[[records]]")
     kept = [r for r in records if re.search(rf'name = "{only}', r)]
     table = f"[model]\neffects = {names}\n{priors}\n"
-    text = text[:begin] + table + "".join("[[records]]" + r for r in kept)
+    text = text[:begin] + table + channels + "".join("[[records]]" + r for r in kept)
     data = EXAMPLE.parents[1] / "data" / "reference"
     path = folder / "changed.toml"
     path.write_text(text.replace(RECORDS, f'"{data.as_posix()}/'), "utf-8")

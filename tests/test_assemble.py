@@ -16,7 +16,7 @@ RECORDS = '"../data/reference/'
 def problem_with(folder: Path, p_max: str = "700e5", **model: str):
     """The reference campaign under another [model] and pump."""
     text = EXAMPLE.read_text("utf-8")
-    begin, end = text.index("[model]"), text.index("[[records]]")
+    begin, end = text.index("[model]"), text.index("[channels.A]")
     table = "\n".join(f"{key} = {value}" for key, value in model.items())
     assert "[rig]" not in text
     text = text[:begin] + f"[rig]\np_max = {p_max}\n\n[model]\n{table}\n\n" + text[end:]

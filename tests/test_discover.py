@@ -99,7 +99,7 @@ def test_unknown_candidates_are_refused(tmp_path: Path):
     campaign(810_003, tmp_path, field=False, conditions=Conditions(clock=CLOCK))
     path = tmp_path / "calibration.toml"
     text = path.read_text("ascii").replace(
-        "\n[[records]]", 'candidates = ["hose-drop"]\n\n[[records]]', 1
+        "\n[channels.A]", 'candidates = ["hose-drop"]\n\n[channels.A]', 1
     )
     path.write_text(text, "ascii")
     assert tomllib.loads(text)["model"]["candidates"] == ["hose-drop"]

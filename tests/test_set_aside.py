@@ -16,6 +16,7 @@ from rigid.localfit.local import LocalFit, with_weights
 from rigid.localfit.samples import aside_of, data_of, lay_out
 from rigid.localfit.weights import facts
 from rigid.report.taken import lines, sentences, taken
+from rigid.spec import find_spec, load_spec
 
 
 def readings(local: LocalFit) -> Readings:
@@ -106,11 +107,12 @@ def test_fit_laws_and_discover_have_one_gap():
 
 
 def test_what_is_set_aside_and_held_exact_is_told():
+    spec = load_spec(find_spec("calibration"))
     problem = spiked(campaign(304))
     layout = lay_out(problem)
     weight = layout.weight.copy()
     weight[25:500:50] = 0.0
-    made = taken(problem, aside_of(layout.weighed(weight)))
+    made = taken(spec, problem, aside_of(layout.weighed(weight)))
     [aside] = made["set_aside"]
     assert aside["samples"] == 10
     assert aside["time_s"][:2] == [0.25, 0.75]

@@ -8,12 +8,13 @@ import pytest
 from rigs import BASE, NOMINAL, effects
 
 from rigid.likelihood.assemble import assemble
+from rigid.likelihood.problem import Problem
 from rigid.physics import full, release
 from rigid.physics.rig import build_rig
 from rigid.physics.strap import GONE, REACH, abrupt, edges, lattice, let_go
 from rigid.records.read import read_records
 from rigid.report.taken import taken
-from rigid.spec import parse_spec
+from rigid.spec import Spec, parse_spec
 
 EXAMPLE = Path(__file__).parents[1] / "fits" / "calibration.toml"
 INTERVAL, SAMPLES, PRELOAD = 1.0 / 1600.0, 64, 6000.0
@@ -74,23 +75,36 @@ def test_the_law_of_a_strap_is_logistic_linear_or_exponential(shape, quantile):
     np.testing.assert_allclose(found, expected, atol=2e-3 * 2e-3)
 
 
-def assembled(priors: str):
+def spec_with(priors: str) -> Spec:
     """The reference campaign with priors of its own."""
-    spec = parse_spec(f"{EXAMPLE.read_text('utf-8')}\n[priors]\n{priors}\n", EXAMPLE)
+    return parse_spec(f"{EXAMPLE.read_text('utf-8')}\n[priors]\n{priors}\n", EXAMPLE)
+
+
+def assembled(spec: Spec) -> Problem:
     return assemble(spec, read_records(spec))
+
+
+def held_exact(spec: Spec) -> list[str]:
+    return [one["name"] for one in taken(spec, assembled(spec), ())["held_exact"]]
 
 
 def test_a_duration_is_inferred_where_a_spec_has_a_prior_for_it_and_nowhere_else():
     law = "{ lognormal = { median = 1e-3, factor = 4.0 } }"
-    plain, one = assembled(""), assembled(f'"release_duration[release-2,A]" = {law}')
-    every = assembled(f"release_duration = {law}")
+    specs = [
+        spec_with(priors)
+        for priors in (
+            "",
+            f'"release_duration[release-2,A]" = {law}',
+            f"release_duration = {law}",
+        )
+    ]
+    plain, one, every = map(assembled, specs)
     shape = {"release_begin", "release_end"}
     new = [set(p.parameters.labels) - set(plain.parameters.labels) for p in (one, every)]
     lasting = {f"release_duration[release-{n},A]" for n in (1, 2)}
     assert new == [{"release_duration[release-2,A]", *shape}, lasting | shape]
-    exact = [one["name"] for one in taken(plain, ())["held_exact"]]
-    assert "release" in exact
-    assert "release" not in [one["name"] for one in taken(every, ())["held_exact"]]
+    assert "release" in held_exact(specs[0])
+    assert "release" not in held_exact(specs[2])
     law = next(p.prior for p in every.parameters.sampled if p.base == "release_time")
     wide = law.from_standard(np.array([-9.0, 9.0]))
     assert wide[1] - wide[0] == pytest.approx(3.0 * INTERVAL, rel=1e-3)
