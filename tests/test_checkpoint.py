@@ -31,7 +31,7 @@ def go(directory, settings=SETTINGS, resume=True, log_prob=target, report=None, 
     _, proposal, _, _ = gaussian()
     extra = {} if report is None else {"report": report}
     checkpoint = Checkpoint(directory, prints, resume=resume)
-    return sample.sample(log_prob, proposal, settings, None, checkpoint, **extra)
+    return sample.sample(log_prob, proposal, settings, checkpoint=checkpoint, **extra)
 
 
 def same(one, two):
@@ -169,7 +169,9 @@ def test_the_proposal_is_kept(tmp_path, whole):
         go(tmp_path, report=stops(100))
     _, proposal, _, _ = gaussian()
     other = replace(proposal, dof=3.0)
-    same(sample.sample(target, other, SETTINGS, None, Checkpoint(tmp_path, PRINTS, True)), whole)
+    same(
+        sample.sample(target, other, SETTINGS, checkpoint=Checkpoint(tmp_path, PRINTS, True)), whole
+    )
 
 
 def test_a_chain_of_another_input_is_refused_and_says_which(tmp_path):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from rigid.inference import curvature
+from rigid.inference.coordinates import chart_of
 from rigid.inference.curvature import differences, sharpened
 from rigid.inference.search import Found, Optimum
 from rigid.likelihood.parameters import Parameters
@@ -47,7 +48,8 @@ def test_a_wrong_width_and_place_are_mended(precision, width: float, monkeypatch
 
     monkeypatch.setattr(curvature, "log_density", density)
     covariance = np.linalg.inv(precision)
-    (got,) = sharpened(found_with(width**2 * covariance, np.zeros(SIZE))).optima
+    before = found_with(width**2 * covariance, np.zeros(SIZE))
+    (got,) = sharpened(before, chart_of(before.problem)).optima
     np.testing.assert_allclose(got.covariance, covariance, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(got.z, mean, atol=1e-10)
     assert got.log_posterior == pytest.approx(0.0, abs=1e-12)
@@ -58,4 +60,4 @@ def test_a_neighbour_without_a_value_leaves_the_law_as_it_was(precision, monkeyp
         curvature, "log_density", lambda _, z: np.where(z[:, 0] > 0.1, -np.inf, -(z**2).sum(1))
     )
     before = found_with(np.linalg.inv(precision), np.zeros(SIZE))
-    assert sharpened(before).optima[0] is before.optima[0]
+    assert sharpened(before, chart_of(before.problem)).optima[0] is before.optima[0]

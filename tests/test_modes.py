@@ -70,7 +70,7 @@ def test_the_record_has_two_modes(found: Found, grid):
 
 
 def test_weights_of_the_modes_are_those_of_the_grid(found: Found, release: Problem, grid):
-    weights = propose(found, np.random.default_rng(0))[1]
+    weights = propose(found, np.random.default_rng(0)).weights
     soft = stiffness(release, np.stack([o.z for o in found.optima])) < BETWEEN
     assert abs(weights.weights[soft].sum() - grid[0]) < 4 * weights.error.max()
     assert weights.error.max() < 0.02
@@ -89,7 +89,6 @@ def test_a_chain_has_them_in_proportion_wherever_most_walkers_begin(
     proposal = MixtureProposal(modes, law, DOF)
     settings = Settings(
         ensembles=4, walkers=32, block=100, max_steps=6_000, r_hat=1.01, ess=2_000.0, seed=begin,
-        names=release.parameters.labels,
     )  # fmt: skip
     draws = sample(lambda z: np.asarray(log_posterior(release, jnp.asarray(z))), proposal, settings)
     assert draws.converged, draws.says

@@ -6,6 +6,7 @@ import pytest
 from rigs import frame_problem, release_problem
 
 from rigid.inference.newton import descend, is_noise, joined, local, split
+from rigid.inference.normal_coordinates import normal_chart
 from rigid.inference.proposal import MixtureProposal, Mode, ModeWeights
 from rigid.inference.search import AGREE, best_of_few, search
 from rigid.inference.search_cache import Searched, once
@@ -147,6 +148,7 @@ def test_joined_and_split_are_inverse(release):
 
 def test_a_search_on_disk_is_read_back_whole_and_by_its_own_run_alone(release, tmp_path):
     found = search(release, 3, 5)
+    chart = normal_chart(found)
     weights = ModeWeights(
         np.ones(len(found.optima)), np.zeros(len(found.optima)), -3.5, 0.4, 0.3, 2
     )
@@ -158,16 +160,18 @@ def test_a_search_on_disk_is_read_back_whole_and_by_its_own_run_alone(release, t
 
     def make():
         made.append("made")
-        return Searched(found, law, weights)
+        return Searched(found, chart, law, weights)
 
     def read(spec):
         return once(Shelf(tmp_path, {"spec": spec}, reads=True), release, make)
 
     read("a")
-    again, its_law, its_weights = read("a")
+    again, its_chart, its_law, its_weights = read("a")
     assert len(made) == 1
     z = found.optima[0].z[None]
     np.testing.assert_array_equal(law.log_density(z), its_law.log_density(z))
+    assert chart.mark == its_chart.mark
+    np.testing.assert_array_equal(chart.straight(2.0 * z), its_chart.straight(2.0 * z))
     for old, new in zip(found.optima, again.optima, strict=True):
         np.testing.assert_array_equal(old.z, new.z)
         np.testing.assert_array_equal(old.covariance, new.covariance)

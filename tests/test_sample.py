@@ -225,7 +225,12 @@ def test_the_likelihood_sees_one_shape_only():
 def test_what_is_lacking_is_said_by_name():
     log_prob, proposal, _, _ = gaussian()
     names = ("k_LC", "mu", "kappa")
-    draws = sample.sample(log_prob, proposal, replace(QUICK, max_steps=100, ess=1e5, names=names))
+    draws = sample.sample(
+        log_prob,
+        proposal,
+        replace(QUICK, max_steps=100, ess=1e5),
+        lambda z: dict(zip(names, z.T, strict=True)),
+    )
     assert not draws.converged
     assert "after 100 steps" in draws.says
     assert "bulk ESS of " in draws.says

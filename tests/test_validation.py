@@ -244,10 +244,10 @@ def test_a_chain_takes_over_where_weights_do_not_do_and_ranks_the_same(study, mo
     own = set(study.problem.parameters.labels)  # those of sensors draw gains and zeros anew
     for name in own:
         assert by_chain["ranks"][name] == pytest.approx(by_weights["ranks"][name], abs=error), name
-    law, _ = propose(search(study.problem, 2, 1), np.random.default_rng(1))
+    known = propose(search(study.problem, 2, 1), np.random.default_rng(1))
     monkeypatch.setattr(draws, "CHAIN_STEPS", 100)
     monkeypatch.setattr(draws, "ESS", 1e6)  # more than two blocks are worth
-    short = draws.chained(study.problem, law, study.spec.sampler, 1)
+    short = draws.chained(known, study.spec.sampler, 1)
     assert not short.settled
     assert not short.good
 
@@ -257,8 +257,9 @@ def test_no_draw_is_weighed_where_the_law_shows_that_weights_would_not_do(study,
         raise AssertionError("draws were weighed")
 
     def uneven(found, rng):
-        law, tried = propose(found, rng)
-        return law, dataclasses.replace(tried, kish=0.5 * draws.ESS / draws.MOST_DRAWS * 0.99)
+        known = propose(found, rng)
+        share = 0.5 * draws.ESS / draws.MOST_DRAWS * 0.99
+        return known._replace(weights=dataclasses.replace(known.weights, kish=share))
 
     monkeypatch.setattr(replicate, "weighted", refused)
     monkeypatch.setattr(replicate, "propose", uneven)

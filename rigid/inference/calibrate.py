@@ -12,7 +12,7 @@ import numpy as np
 
 from rigid.inference.adaptation import LEAST_WEIGHT, adapted
 from rigid.inference.checkpoint import Checkpoint
-from rigid.inference.coordinates import Chart, chart_of
+from rigid.inference.coordinates import Chart
 from rigid.inference.curvature import sharpened
 from rigid.inference.derived import (
     ChannelDraws,
@@ -23,6 +23,7 @@ from rigid.inference.derived import (
     values_of,
 )
 from rigid.inference.friction_curve import FREQUENCIES, Friction
+from rigid.inference.normal_coordinates import normal_chart
 from rigid.inference.pointwise import Blocks, blocks
 from rigid.inference.posterior import stack
 from rigid.inference.proposal import MixtureProposal, ModeWeights, mode_weights
@@ -133,17 +134,16 @@ def calibrate(
         compile_programs(problem)
         shown.reach(0, f"{problem.parameters.size} parameters")
     compile_s = time.monotonic() - began
-    walked = {"coordinates": ", ".join(chart_of(problem).names)}
-    mark = fingerprint(spec, records, seed) | marks(problem.effects) | walked
-    found, law, weights = once(
+    mark = fingerprint(spec, records, seed) | marks(problem.effects)
+    known = once(
         Shelf(folder, mark, options.resume),
         problem,
         lambda: _searched(spec, records, problem, options, searched),
     )
-    checkpoint = Checkpoint(folder, mark, options.resume)
-    draws = _sampled(spec, found, law, (seed, options), checkpoint)
+    checkpoint = Checkpoint(folder, mark | {"coordinates": known.chart.mark}, options.resume)
+    draws = _sampled(spec, known, (seed, options), checkpoint)
     with stage(options.quiet, "predict and check"):
-        return _told(found, weights, draws, records, (seed, compile_s))
+        return _told(known.found, known.weights, draws, records, (seed, compile_s))
 
 
 def _searched(
@@ -173,29 +173,30 @@ def trusted(found: Found, seed: int, remade: Callable[[], None] = lambda: None) 
     """Fit a law to the posterior around the modes of a search.
 
     Where the laws around the best fits do not cover it they are made anew from differences, which
-    `remade` is told. The law is in the coordinates of the problem's chart.
+    `remade` is told. The law is in normal coordinates at the best fit.
     """
-    law, weights = propose(found, np.random.default_rng([seed, 1]))
-    if weights.pareto_k < UNRELIABLE:
-        return Searched(found, law, weights)
+    first = propose(found, np.random.default_rng([seed, 1]))
+    if first.weights.pareto_k < UNRELIABLE:
+        return first
     remade()
-    found = sharpened(found)
-    return Searched(found, *propose(found, np.random.default_rng([seed, 1])))
+    again = sharpened(found, first.chart)
+    return propose(again, np.random.default_rng([seed, 1]), first.chart)
 
 
-def propose(found: Found, rng: np.random.Generator) -> tuple[MixtureProposal, ModeWeights]:
-    """Return a mixture of laws fitted to the posterior around the modes, and their weights.
+def propose(found: Found, rng: np.random.Generator, chart: Chart | None = None) -> Searched:
+    """Fit a mixture of laws to the posterior around the modes.
 
-    The laws are in the coordinates of the problem's chart.
+    - `chart`: its coordinates; left out: the normal ones at the best fit.
     """
-    chart = chart_of(found.problem)
+    chart = normal_chart(found) if chart is None else chart
     density = chart.density(lambda z: log_density(found.problem, z))
     modes = tuple(chart.mode(o) for o in found.optima)
     first = MixtureProposal(modes, np.ones(len(modes)), FIRST_DOF)
     law = adapted(density, first, rng, MODE_DRAWS * len(modes), DOF)
     weights = mode_weights(density, law.modes, rng, MODE_DRAWS, DOF)
     floored = np.maximum(weights.weights, LEAST_WEIGHT)
-    return MixtureProposal(law.modes, floored / floored.sum(), DOF), weights
+    law = MixtureProposal(law.modes, floored / floored.sum(), DOF)
+    return Searched(found, chart, law, weights)
 
 
 def fingerprint(spec: Spec, records: tuple[Record, ...], seed: int) -> dict[str, str]:
@@ -212,15 +213,13 @@ def fingerprint(spec: Spec, records: tuple[Record, ...], seed: int) -> dict[str,
 
 def _sampled(
     spec: Spec,
-    found: Found,
-    proposal: MixtureProposal,
+    known: Searched,
     run: tuple[int, Options],
     checkpoint: Checkpoint,
 ) -> Draws:
     """Run the ensembles under the spec's stopping rule; how far they are is their least ESS."""
     seed, options = run
-    problem, rule = found.problem, spec.sampler
-    chart = chart_of(problem)
+    problem, chart, rule = known.found.problem, known.chart, spec.sampler
     settings = Settings(
         ensembles=rule.ensembles,
         walkers=rule.walkers or walkers(problem),
@@ -229,7 +228,6 @@ def _sampled(
         r_hat=rule.r_hat,
         ess=rule.ess,
         seed=seed,
-        names=chart.names,
     )
     density = chart.density(lambda z: np.asarray(log_posterior(problem, jnp.asarray(z))))
 
@@ -244,21 +242,25 @@ def _sampled(
                 shown.reach(int(status.ess), f"{steps}, {r_hat}")
 
         monitor = partial(_monitored, problem, chart)
-        draws = sample(density, proposal, settings, monitor, checkpoint, report)
+        draws = sample(density, known.law, settings, monitor, checkpoint, report)
     return dataclasses.replace(draws, z=chart.standard(draws.z))
 
 
 def _monitored(problem: Problem, chart: Chart, u: np.ndarray) -> dict[str, np.ndarray]:
-    """What else must have converged, (n,) each: parts of sums, |mu| at both ends of its range."""
+    """What must have converged, (n,) each: parameters, sums, |mu| at both ends of its range."""
     release = int(np.argmin(abs(FREQUENCIES - 80.0)))
     z = chart.standard(u)
     views = frictions(problem, values_of(problem, z))
-    labels = problem.parameters.labels
-    return {labels[place]: z[:, place] for one in chart.sums for place in one.places} | {
-        f"|mu| at {frequency:g} Hz {label}".strip(): view.magnitude[:, at]
-        for label, view in views.items()
-        for frequency, at in ((0.01, 0), (80.0, release))
-    }
+    summed = zip(chart.names, chart.summed(z).T, strict=True)
+    return (
+        dict(zip(problem.parameters.labels, z.T, strict=True))
+        | dict(summed)
+        | {
+            f"|mu| at {frequency:g} Hz {label}".strip(): view.magnitude[:, at]
+            for label, view in views.items()
+            for frequency, at in ((0.01, 0), (80.0, release))
+        }
+    )
 
 
 def _told(

@@ -11,7 +11,9 @@ The map keeps volumes: d(log sum)/d(log part i) is the part's share w_i, so that
 """
 
 import dataclasses
+import hashlib
 from collections.abc import Iterator
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +25,9 @@ from rigid.likelihood.priors import Lognormal
 from rigid.likelihood.problem import Problem
 
 Floats = NDArray[np.float64]
+
+REACH = 3.0
+"""Posterior sds within which a quadratic form is trusted; beyond them it stays as it is there."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -61,25 +66,95 @@ class Sum:
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
+class Bend:
+    """A map that straightens what bends as a quadratic form; see `normal_coordinates`.
+
+    - `centre` (size,); `factor` (size, size): its columns are the units q, the widest first.
+    - `symbols` (size, size, size): C_ijk, zero unless both i and j are below k.
+    """
+
+    centre: Floats
+    factor: Floats
+    symbols: Floats
+
+    def straight(self, u: Floats) -> Floats:
+        """Return v for u, (..., size)."""
+        q = self._units(u)
+        for k in self._bent[::-1]:  # the narrowest first: it follows from the wider as they were
+            q[..., k] += self._shift(q[..., :k], k)
+        return self.centre + q @ self.factor.T
+
+    def bent(self, v: Floats) -> Floats:
+        """Undo `straight`."""
+        q = self._units(v)
+        for k in self._bent:
+            q[..., k] -= self._shift(q[..., :k], k)
+        return self.centre + q @ self.factor.T
+
+    def slopes(self, u: Floats) -> Floats:
+        """Return dv/du at u (size,), (size, size)."""
+        q = self._units(u)
+        within = np.clip(q, -REACH, REACH)
+        bends = np.einsum("i,ijk->kj", within, self.symbols) * (within == q)
+        return self.factor @ (np.eye(len(q)) + bends) @ self._inverse
+
+    def _units(self, u: Floats) -> Floats:
+        return (u - self.centre) @ self._inverse.T
+
+    def _shift(self, wider: Floats, k: int) -> Floats:
+        """How far direction k is bent where the wider ones are at q (..., k)."""
+        q = np.clip(wider, -REACH, REACH)
+        return np.asarray(0.5 * np.sum((q @ self.symbols[:k, :k, k]) * q, axis=-1))
+
+    @cached_property
+    def _inverse(self) -> Floats:
+        return np.asarray(np.linalg.inv(self.factor), dtype=np.float64)
+
+    @cached_property
+    def _bent(self) -> list[int]:
+        return np.flatnonzero(np.any(self.symbols, axis=(0, 1))).tolist()
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
 class Chart:
     """The map between the sampler's u and a problem's z, arrays (..., size) each.
 
-    - `names`: of the entries of u. - `sums`: what is not the same in both.
+    - `names`: of the entries of z with sums and ratios in the place of their parts.
+    - `sums`: these. - `bend`: what comes after them.
     """
 
     names: tuple[str, ...]
     sums: tuple[Sum, ...]
+    bend: Bend | None = None
 
-    def straight(self, z: Floats) -> Floats:
-        """Return u for z."""
+    @property
+    def mark(self) -> str:
+        """What tells these coordinates from others."""
+        found = hashlib.sha256(repr([one.places.tolist() for one in self.sums]).encode())
+        for array in dataclasses.astuple(self.bend) if self.bend else ():
+            found.update(array.tobytes())
+        return found.hexdigest()
+
+    @property
+    def plain(self) -> bool:
+        """Whether u is z."""
+        return not self.sums and self.bend is None
+
+    def summed(self, z: Floats) -> Floats:
+        """Return z with sums and ratios in the place of their parts."""
         u = np.array(z)
         for one in self.sums:
             one.straight(u)
         return u
 
+    def straight(self, z: Floats) -> Floats:
+        """Return u for z."""
+        u = self.summed(z)
+        return u if self.bend is None else self.bend.straight(u)
+
     def standard(self, u: Floats) -> Floats:
         """Return z for u."""
-        z = np.array(u)
+        z = np.array(u if self.bend is None else self.bend.bent(u))
         for one in self.sums:
             one.parts(z)
         return z
@@ -90,18 +165,18 @@ class Chart:
 
     def straightened(self, optimum: Optimum) -> Optimum:
         """Return an optimum whose `z` and `covariance` are those of u."""
-        if not self.sums:
+        if self.plain:
             return optimum
-        slopes = self._slopes(optimum.z)
+        slopes = self.slopes(optimum.z)
         covariance = slopes @ optimum.covariance @ slopes.T
         return dataclasses.replace(optimum, z=self.straight(optimum.z), covariance=covariance)
 
     def standardised(self, optimum: Optimum) -> Optimum:
         """Undo `straightened`."""
-        if not self.sums:
+        if self.plain:
             return optimum
         z = self.standard(optimum.z)
-        back = np.linalg.inv(self._slopes(z))
+        back = np.linalg.inv(self.slopes(z))
         return dataclasses.replace(optimum, z=z, covariance=back @ optimum.covariance @ back.T)
 
     def mode(self, optimum: Optimum) -> Mode:
@@ -109,12 +184,12 @@ class Chart:
         there = self.straightened(optimum)
         return Mode(there.z, np.linalg.cholesky(there.covariance), optimum.log_posterior)
 
-    def _slopes(self, z: Floats) -> Floats:
+    def slopes(self, z: Floats) -> Floats:
         """Return du/dz at z (size,), (size, size)."""
         slopes = np.eye(len(z))
         for one in self.sums:
             slopes[np.ix_(one.places, one.places)] = one.slopes(z)
-        return slopes
+        return slopes if self.bend is None else self.bend.slopes(self.summed(z)) @ slopes
 
 
 def chart_of(problem: Problem) -> Chart:

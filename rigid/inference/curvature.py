@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from rigid.inference.coordinates import chart_of
+from rigid.inference.coordinates import Chart
 from rigid.inference.search import Found, Optimum
 from rigid.likelihood.problem import log_density
 
@@ -23,9 +23,8 @@ LEAST, MOST = 0.04, 400.0
 Density = Callable[[np.ndarray], np.ndarray]
 
 
-def sharpened(found: Found) -> Found:
+def sharpened(found: Found, chart: Chart) -> Found:
     """Return a search with the proposal around each optimum made anew, best optimum first."""
-    chart = chart_of(found.problem)
     density = chart.density(lambda z: log_density(found.problem, z))
     optima = [
         chart.standardised(_stepped(density, chart.straightened(optimum)))

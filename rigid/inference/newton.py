@@ -217,7 +217,7 @@ class ScoringSolver(optx.AbstractMinimiser):
         settled = (-0.5 * step @ info.grad < CLOSE) & (size >= 1.0)
         led_up = state.led_up + (small & (value >= f))
         stuck = (~accept & (promise < CLOSE)) | (led_up >= PATIENCE) | (size < SMALLEST)
-        done = settled | stuck | ~jnp.isfinite(info.f)
+        done = settled | stuck | ~jnp.isfinite(info.f) | args.stay
         state = _State(jnp.asarray(False), y + step, info, search, done, led_up)
         return y, state, (info.grad, info.hessian.as_matrix())
 
@@ -244,8 +244,14 @@ def _info(value: Array, gradient: Array, information: Array) -> Any:
     )
 
 
-def _expanded(w: Array, args: tuple[Problem, Array]) -> tuple[Array, tuple[Array, Array]]:
-    problem, z_noise = args
+class _Asked(NamedTuple):
+    problem: Problem
+    z_noise: Array
+    stay: Array
+
+
+def _expanded(w: Array, args: _Asked) -> tuple[Array, tuple[Array, Array]]:
+    problem, z_noise, _ = args
     found = local(problem, w, z_noise)
     return jnp.asarray(found.value), (jnp.asarray(found.gradient), jnp.asarray(found.information))
 
@@ -255,11 +261,22 @@ def descend(problem: Problem, w: np.ndarray, z_noise: np.ndarray) -> tuple[np.nd
 
     The best point so far is returned when the steps are used up.
     """
+    return _minimised(problem, w, z_noise, stay=False)
+
+
+def expanded(problem: Problem, w: np.ndarray, z_noise: np.ndarray) -> Expansion:
+    """Expand at w, in NumPy: `local`, by the program of `descend`, so that no other is compiled."""
+    return _minimised(problem, w, z_noise, stay=True)[1]
+
+
+def _minimised(
+    problem: Problem, w: np.ndarray, z_noise: np.ndarray, *, stay: bool
+) -> tuple[np.ndarray, Expansion]:
     solution = optx.minimise(
         _expanded,
         ScoringSolver(),
         jnp.asarray(w),
-        (problem, jnp.asarray(z_noise)),
+        _Asked(problem, jnp.asarray(z_noise), jnp.asarray(stay)),
         has_aux=True,
         max_steps=MAX_STEPS,
         throw=False,

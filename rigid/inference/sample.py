@@ -33,7 +33,6 @@ class Settings:
     - block: steps between two looks at the chain, at least 10; max_steps: where to give up
     - r_hat: limit; ess: bulk ESS to reach, the tail needs half of it
     - seed: of everything random in the chain
-    - names: of the components of z, for messages; left out: `z[0]`, `z[1]`, ...
     """
 
     ensembles: int = 8
@@ -43,7 +42,6 @@ class Settings:
     r_hat: float = 1.01
     ess: float = 2_000.0
     seed: int = 1
-    names: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -93,11 +91,16 @@ class Draws:
         return replace(self, z=self.z[:, last], log_prob=self.log_prob[:, last])
 
 
+def components(z: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+    """The components of z (n, d) by number, (n,) each."""
+    return {f"z[{i}]": column for i, column in enumerate(z.T)}
+
+
 def sample(
     log_prob: LogProb,
     proposal: MixtureProposal,
     settings: Settings,
-    monitor: Monitor | None = None,
+    monitor: Monitor = components,
     checkpoint: Checkpoint | None = None,
     report: Callable[[Status], None] = lambda _: None,
 ) -> Draws:
@@ -105,8 +108,8 @@ def sample(
 
     - log_prob: (walkers // 2, d) -> (walkers // 2,), always that shape; called from several threads
     - proposal: where walkers begin and half of their steps come from
-    - monitor: z (n, d), n the same at every call -> further quantities (n,) by name that must also
-      have converged
+    - monitor: z (n, d), n the same at every call -> quantities (n,) by name that must have
+      converged; left out: the components of z
     - checkpoint: open; takes each block, and what it holds is gone on with, proposal included
     - report: called after each block
 
@@ -148,8 +151,6 @@ def _check(settings: Settings, d: int) -> None:
             raise InputError(f"[sampler] {key} = {found}: must be at least {bound}{why}")
     if settings.walkers % 2:
         raise InputError(f"[sampler] walkers = {settings.walkers}: must be even")
-    if settings.names and len(settings.names) != d:
-        raise ValueError(f"{len(settings.names)} names for {d} components of z")
 
 
 def _layout(settings: Settings, d: int) -> ChainShape:
@@ -178,7 +179,7 @@ class _Watch:
         self,
         settings: Settings,
         proposal: MixtureProposal,
-        monitor: Monitor | None,
+        monitor: Monitor,
         report: Callable[[Status], None],
     ) -> None:
         self.settings, self.proposal = settings, proposal
@@ -206,11 +207,10 @@ class _Watch:
         every = max(1, -(-e * w * self.settings.block // MONITORED_PER_BLOCK))
         z = np.stack([part.z[::every] for part in block.ensembles])
         flat = z.reshape(-1, d)
-        names = self.settings.names or tuple(f"z[{i}]" for i in range(d))
-        further = {} if self.monitor is None else self.monitor(flat)
-        self.names = (*names, *further)
-        columns = [flat, *(np.asarray(v, dtype=float)[:, None] for v in further.values())]
-        self.watched.append(np.concatenate(columns, axis=1).reshape(e, -1, w, len(self.names)))
+        seen = self.monitor(flat)
+        self.names = tuple(seen)
+        columns = np.stack([np.asarray(v, dtype=float) for v in seen.values()], axis=1)
+        self.watched.append(columns.reshape(e, -1, w, len(self.names)))
         self.modes.append(self.proposal.mode_of(flat).reshape(e, -1, w))
 
     def finished(self) -> bool:

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
+from rigid.inference.coordinates import Bend, Chart, Sum
 from rigid.inference.proposal import MixtureProposal, Mode, ModeWeights
 from rigid.inference.scores import weighted
 from rigid.inference.search import Found, Optimum
@@ -16,14 +17,26 @@ NAME = "search"
 
 
 class Searched(NamedTuple):
-    """A search, the law over its modes in the chart's coordinates, and how much each mode holds."""
+    """A search, coordinates, the law over its modes in these, and how much each mode holds."""
 
     found: Found
+    chart: Chart
     law: MixtureProposal
     weights: ModeWeights
 
 
-KINDS = (Searched, Found, Optimum, Autoregression, MixtureProposal, Mode, ModeWeights)
+KINDS = (
+    Searched,
+    Chart,
+    Sum,
+    Bend,
+    Found,
+    Optimum,
+    Autoregression,
+    MixtureProposal,
+    Mode,
+    ModeWeights,
+)
 
 
 def once(shelf: Shelf, problem: Problem, make: Callable[[], Searched]) -> Searched:

@@ -9,10 +9,10 @@ import numpy as np
 
 from rigid.inference.adaptation import drawn
 from rigid.inference.calibrate import UNRELIABLE
-from rigid.inference.coordinates import chart_of
 from rigid.inference.posterior import stack
-from rigid.inference.proposal import MixtureProposal, kish, pareto_shape
+from rigid.inference.proposal import kish, pareto_shape
 from rigid.inference.sample import Draws, Settings, sample
+from rigid.inference.search_cache import Searched
 from rigid.likelihood.problem import Problem, evaluate, in_batches, log_posterior, walkers
 from rigid.spec.values import SamplerSpec
 
@@ -78,12 +78,9 @@ def evaluated(problem: Problem, z: np.ndarray) -> tuple[np.ndarray, dict[str, np
     }
 
 
-def weighted(problem: Problem, law: MixtureProposal, rng: np.random.Generator) -> Weighted:
-    """Draw of a law until the weights are worth ESS independent draws, and reliable.
-
-    - `law`: in the coordinates of the problem's chart, as `propose` gives it.
-    """
-    chart = chart_of(problem)
+def weighted(known: Searched, rng: np.random.Generator) -> Weighted:
+    """Draw of the law over the modes until the weights are worth ESS draws, and reliable."""
+    problem, chart = known.found.problem, known.chart
     parts: list[tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]] = []
     logs: list[np.ndarray] = []
 
@@ -93,7 +90,7 @@ def weighted(problem: Problem, law: MixtureProposal, rng: np.random.Generator) -
         return value
 
     while True:
-        logs.append(drawn(chart.density(density), law, rng, BATCH).log_weight)
+        logs.append(drawn(chart.density(density), known.law, rng, BATCH).log_weight)
         found = _together(parts, np.concatenate(logs))
         if found.good or len(found.weight) >= MOST_DRAWS:
             return found
@@ -124,12 +121,12 @@ def _together(parts: list, log_weight: np.ndarray) -> Weighted:
     )
 
 
-def chained(problem: Problem, law: MixtureProposal, rule: SamplerSpec, seed: int) -> Weighted:
-    """Draws of a short chain, whose walkers begin in a law and take half of their steps from it.
+def chained(known: Searched, rule: SamplerSpec, seed: int) -> Weighted:
+    """Draws of a short chain, whose walkers take most of their steps from the law over the modes.
 
-    - `law`: as in `weighted`. - `rule`: the spec's, but for when to stop.
+    - `rule`: the spec's, but for when to stop.
     """
-    chart = chart_of(problem)
+    problem, chart = known.found.problem, known.chart
     settings = Settings(
         ensembles=rule.ensembles,
         walkers=rule.walkers or walkers(problem),
@@ -138,10 +135,9 @@ def chained(problem: Problem, law: MixtureProposal, rule: SamplerSpec, seed: int
         r_hat=rule.r_hat,
         ess=ESS,
         seed=seed,
-        names=chart.names,
     )
     density = chart.density(lambda z: np.asarray(log_posterior(problem, jnp.asarray(z))))
-    found = sample(density, law, settings)
+    found = sample(density, known.law, settings)
     return of_chain(problem, dataclasses.replace(found, z=chart.standard(found.z)))
 
 

@@ -96,10 +96,10 @@ def _fast(
     near = np.clip(kept(problem, campaign.z, campaign.problem), -FARTHEST, FARTHEST)
     first = np.concatenate([near[None], rng.standard_normal((PRIOR_STARTS, len(near)))])
     found = _without_colour(search_from(problem, first), problem, design)
-    law, tried = propose(found, rng)
-    draws = None if hopeless(tried.kish) else weighted(found.problem, law, rng)
+    known = propose(found, rng)
+    draws = None if hopeless(known.weights.kish) else weighted(known, rng)
     if draws is None or not draws.good:
-        draws = chained(found.problem, law, base.spec.sampler, int(rng.integers(2**31)))
+        draws = chained(known, base.spec.sampler, int(rng.integers(2**31)))
     return found.problem, draws, len(found.optima)
 
 

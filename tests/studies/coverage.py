@@ -71,23 +71,22 @@ def rows_of(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
-def by_chain(problem, proposal, seed: int) -> "Drawn":
+def by_chain(known, seed: int) -> "Drawn":
     """Draws of the command's sampler."""
     import jax.numpy as jnp
     import numpy as np
     from importance import ESS, Drawn
 
-    from rigid.inference.coordinates import chart_of
     from rigid.inference.sample import Settings, sample
     from rigid.likelihood.problem import log_posterior, walkers
 
-    chart = chart_of(problem)
+    problem, chart = known.found.problem, known.chart
     settings = Settings(
         ensembles=2, walkers=walkers(problem), block=50, max_steps=1000, r_hat=1.03,
-        ess=ESS, seed=seed, names=chart.names,
+        ess=ESS, seed=seed,
     )  # fmt: skip
     density = chart.density(lambda z: np.asarray(log_posterior(problem, jnp.asarray(z))))
-    draws = sample(density, proposal, settings)
+    draws = sample(density, known.law, settings)
     z = chart.standard(draws.z.reshape(-1, draws.z.shape[-1]))
     return Drawn(z, np.ones(len(z)), draws.converged)
 
@@ -135,10 +134,10 @@ def one_campaign(seed: int, args: argparse.Namespace) -> list[dict]:
     gauss = Drawn(chart.standard(u), np.ones(BATCH), True)
     drawn = gauss
     if not args.gaussian:
-        law = propose(found, rng)[0]
-        drawn = weighted(found.problem, law, rng)
+        proposed = propose(found, rng)
+        drawn = weighted(proposed, rng)
         if args.chain or not drawn.good:
-            drawn = by_chain(found.problem, law, seed)
+            drawn = by_chain(proposed, seed)
     ranks = ranks_of(found.problem, drawn, known)
     beside = ranks_of(found.problem, gauss, known)
     delta = first_order(found.problem, found.optima[0], known)

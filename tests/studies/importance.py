@@ -6,9 +6,9 @@ import numpy as np
 
 from rigid.inference.adaptation import drawn
 from rigid.inference.calibrate import UNRELIABLE
-from rigid.inference.coordinates import chart_of
-from rigid.inference.proposal import MixtureProposal, kish, pareto_shape
-from rigid.likelihood.problem import Problem, log_density
+from rigid.inference.proposal import kish, pareto_shape
+from rigid.inference.search_cache import Searched
+from rigid.likelihood.problem import log_density
 
 ESS = 500.0
 BATCH, MOST_DRAWS = 2048, 12_288
@@ -22,16 +22,13 @@ class Drawn(NamedTuple):
     good: bool
 
 
-def weighted(problem: Problem, law: MixtureProposal, rng: np.random.Generator) -> Drawn:
-    """Draw of a law until the weights are worth ESS independent draws, and reliable.
-
-    - law: in the coordinates of the problem's chart, as `propose` gives it.
-    """
-    chart = chart_of(problem)
-    density = chart.density(lambda z: log_density(problem, z))
+def weighted(known: Searched, rng: np.random.Generator) -> Drawn:
+    """Draw of a law until the weights are worth ESS independent draws, and reliable."""
+    chart = known.chart
+    density = chart.density(lambda z: log_density(known.found.problem, z))
     draws, logs = [], []
     while True:
-        u, log_weight = drawn(density, law, rng, BATCH)
+        u, log_weight = drawn(density, known.law, rng, BATCH)
         draws.append(chart.standard(u))
         logs.append(log_weight)
         every = np.concatenate(logs)

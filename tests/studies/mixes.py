@@ -87,15 +87,13 @@ class Found:
         """The search of a campaign, and both laws by name."""
         if campaign not in self.known:
             from rigid.inference.calibrate import trusted
-            from rigid.inference.coordinates import chart_of
             from rigid.inference.proposal import MixtureProposal
 
             found = problem_of(campaign, self.folder)
-            chart = chart_of(found.problem)
-            modes = tuple(chart.mode(o) for o in found.optima)
-            found, law, weights = trusted(found, SEED)
-            plain = MixtureProposal(modes, np.ones(len(modes)) / len(modes), law.dof)
-            self.known[campaign] = found, dict(zip(LAWS, (plain, law), strict=True)), weights
+            known = trusted(found, SEED)
+            modes = tuple(known.chart.mode(o) for o in found.optima)
+            plain = MixtureProposal(modes, np.ones(len(modes)) / len(modes), known.law.dof)
+            self.known[campaign] = known, dict(zip(LAWS, (plain, known.law), strict=True))
         return self.known[campaign]
 
 
@@ -104,19 +102,17 @@ def measured(run: Run, found: Found) -> dict:
     import jax.numpy as jnp
 
     from rigid.inference import convergence, moves
-    from rigid.inference.coordinates import chart_of
     from rigid.inference.sample import Settings, sample
     from rigid.likelihood.problem import log_posterior, walkers
 
-    searched, laws, weights = found.of(run.campaign)
-    problem = searched.problem
+    searched, laws = found.of(run.campaign)
+    problem, chart, weights = searched.found.problem, searched.chart, searched.weights
     settings = Settings(
         ensembles=ENSEMBLES, walkers=walkers(problem), block=BLOCK, max_steps=STEPS,
         r_hat=1.0, ess=OUT_OF_REACH, seed=SEED,
     )  # fmt: skip
     # The command has one mix; a study of others has to put them in its place.
     moves.INDEPENDENCE, moves.EVOLUTION, moves.SNOOKER = MIXES[run.mix]
-    chart = chart_of(problem)
     density = chart.density(lambda z: np.asarray(log_posterior(problem, jnp.asarray(z))))
     draws = sample(density, laws[run.law], settings)
     told = [convergence.diagnose(str(i), draws.z[..., i]) for i in range(draws.z.shape[-1])]
