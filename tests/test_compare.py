@@ -15,6 +15,7 @@ from rigid import compare as command
 from rigid.inference.posterior import chain_coords, save_posterior
 from rigid.io.errors import InputError
 from rigid.report.compare.content import compared
+from rigid.report.compare.differences import differences
 from rigid.report.compare.moved import LEAST_SHARE, SDS_IN_90, moves, same_model, sharing
 from rigid.report.compare.runs import Figures, Run, read_run, read_runs
 from rigid.study.compare import compare
@@ -181,6 +182,14 @@ def test_what_differs_is_told(tmp_path):
     assert ("version", "rigid") not in told
     (row,) = [g for g in found.gaps if g.says]
     assert (row.record, row.channel, row.gaps) == ("frame-1", "load", (1.0, 1.4))
+
+
+def test_a_record_that_one_run_lacks_is_told_once():
+    both = '[[records]]\nname = "a"\nkind = "frame"\n'
+    more = both + '[[records]]\nname = "b"\nkind = "release"\nfile = "b.csv"\n'
+    found = differences([run_of(spec=both), run_of(spec=more)])
+    listed = [(d.name, d.values) for d in found if d.sort == "spec"]
+    assert listed == [("records[b].name", ("not there", '"b"'))]
 
 
 def test_a_command_writes_page_and_files(tmp_path, capsys):

@@ -27,7 +27,11 @@ SAME_WITHIN = 3.0
 """Optima closer than this many standard deviations (root of mean square) are one."""
 AGREE = 1.0
 """Two starts that end within this of each other in log-posterior have found the same optimum."""
-REFINEMENTS = 2
+REFINEMENTS, MOST_REFINEMENTS = 2, 12
+"""Rounds of noise levels, correlation and optimum in turn, until the optimum stands: least, most.
+With a right model that is two; where a model misses much, each of the three moves the others."""
+STANDS = 0.05
+"""Nats by which another round may still raise the log-posterior."""
 NOISE_STEP = 0.1
 NOISE_ITERATIONS = 4
 
@@ -197,9 +201,12 @@ def _refined(problem: Problem, ends: list[End], levels: np.ndarray, z_noise: np.
     """
     best = ends[int(np.argmin(levels))].w
     plain, aside = problem, np.zeros(sum(p.data.size for p in problem.pieces), dtype=bool)
-    for _ in range(REFINEMENTS):
+    moved = np.inf
+    for done in range(MOST_REFINEMENTS):
         z, standard = (np.asarray(part) for part in split(plain, best, z_noise))
-        z = fit_noise(plain, z)
+        if done >= REFINEMENTS and moved + noise_gain(problem, z) < STANDS:
+            break
+        z = fit_noise(plain if done < REFINEMENTS else problem, z)
         more = _aside(plain, z)
         if more.any():
             aside |= more
@@ -207,8 +214,9 @@ def _refined(problem: Problem, ends: list[End], levels: np.ndarray, z_noise: np.
             z = fit_noise(plain, z)
         z_noise = z[is_noise(plain)]
         correlation = score_correlation(plain, z)
-        problem = weighted(plain, correlation)
-        best = descend(problem, joined(plain, z, standard), z_noise)[0]
+        problem, before = weighted(plain, correlation), best
+        best, there = descend(problem, joined(plain, z, standard), z_noise)
+        moved = 0.5 * float((best - before) @ np.asarray(there.information) @ (best - before))
     good = [end for end, level in zip(ends, levels, strict=True) if np.isfinite(level)]
     optima = [
         _optimum(problem, end, reached, there, z_noise)
@@ -288,6 +296,12 @@ def noise_curvature(problem: Problem, z: np.ndarray) -> tuple[np.ndarray, np.nda
     value = log_density(problem, z + step)
     up, down = value[1::2], value[2::2]
     return (up - down) / (2 * NOISE_STEP), -(up - 2 * value[0] + down) / NOISE_STEP**2
+
+
+def noise_gain(problem: Problem, z: np.ndarray) -> float:
+    """Nats that the log-posterior still rises by where the noise levels alone are moved."""
+    slope, bend = noise_curvature(problem, z)
+    return float(0.5 * np.sum(slope**2 / np.maximum(bend, 1.0)))
 
 
 def fit_noise(problem: Problem, z: np.ndarray) -> np.ndarray:

@@ -56,7 +56,8 @@ def gap_rows(runs: Sequence[Run]) -> tuple[GapRow, ...]:
 
 def differences(runs: Sequence[Run]) -> tuple[Difference, ...]:
     """Everything that is not the same in all runs."""
-    specs = [_flat(run.values) for run in runs]
+    common = set.intersection(*(set(map(_whose, _records(run))) for run in runs))
+    specs = [_flat(_told_once(run, common)) for run in runs]
     return (
         *_effects(runs),
         *_rows("prior", [_of(flat, "priors.") for flat in specs]),
@@ -68,6 +69,7 @@ def differences(runs: Sequence[Run]) -> tuple[Difference, ...]:
 
 
 ABSENT = "not there"
+NAMES = ("name", "cylinder")
 
 
 def _rows(sort: str, tables: Sequence[Mapping[str, str]]) -> list[Difference]:
@@ -97,11 +99,27 @@ def _flat(values: Any, name: str = "") -> dict[str, str]:
     if isinstance(values, list) and values and all(isinstance(v, Mapping) for v in values):
         out = {}
         for number, value in enumerate(values, start=1):
-            own = (value.get("name"), value.get("cylinder"))
-            told = ",".join(str(part) for part in own if part) or str(number)
+            told = ",".join(str(part) for part in _whose(value) if part) or str(number)
             out |= _flat(value, f"{name}[{told}]")
         return out
     return {name: json.dumps(values, ensure_ascii=False, default=str)}
+
+
+def _records(run: Run) -> Sequence[Mapping[str, Any]]:
+    return run.values.get("records", ())
+
+
+def _whose(record: Mapping[str, Any]) -> tuple[Any, Any]:
+    return record.get(NAMES[0]), record.get(NAMES[1])
+
+
+def _told_once(run: Run, common: set[tuple[Any, Any]]) -> dict[str, Any]:
+    """The spec of a run with nothing but the names of records that another run lacks."""
+    records = [
+        record if _whose(record) in common else {k: record[k] for k in NAMES if k in record}
+        for record in _records(run)
+    ]
+    return {**run.values, "records": records}
 
 
 def _of(flat: Mapping[str, str], start: str) -> dict[str, str]:
