@@ -57,8 +57,9 @@ def gap_rows(runs: Sequence[Run]) -> tuple[GapRow, ...]:
 def differences(runs: Sequence[Run]) -> tuple[Difference, ...]:
     """Everything that is not the same in all runs."""
     specs = [_flat(run.values) for run in runs]
+    effects = [dict.fromkeys(run.effects, "yes") for run in runs]
     return (
-        *_effects(runs),
+        *(_rows("effect", effects, "no") if all(effects) else ()),
         *_rows("prior", [_of(flat, "priors.") for flat in specs]),
         *_rows("spec", [_rest(flat) for flat in specs]),
         *_rows("record", [{k: v[:12] for k, v in run.sha256.items()} for run in runs]),
@@ -67,23 +68,11 @@ def differences(runs: Sequence[Run]) -> tuple[Difference, ...]:
     )
 
 
-ABSENT = "not there"
-
-
-def _rows(sort: str, tables: Sequence[Mapping[str, str]]) -> list[Difference]:
+def _rows(
+    sort: str, tables: Sequence[Mapping[str, str]], absent: str = "not there"
+) -> list[Difference]:
     names = dict.fromkeys(name for table in tables for name in table)
-    rows = [Difference(sort, n, tuple(t.get(n, ABSENT) for t in tables)) for n in names]
-    return [row for row in rows if len(set(row.values)) > 1]
-
-
-def _effects(runs: Sequence[Run]) -> list[Difference]:
-    """Effects that some run has and some has not."""
-    names = dict.fromkeys(effect for run in runs for effect in run.effects)
-    rows = [
-        Difference("effect", name, tuple("yes" if name in r.effects else "no" for r in runs))
-        for name in names
-        if all(run.effects for run in runs)
-    ]
+    rows = [Difference(sort, n, tuple(t.get(n, absent) for t in tables)) for n in names]
     return [row for row in rows if len(set(row.values)) > 1]
 
 

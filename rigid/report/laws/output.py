@@ -56,7 +56,7 @@ def checks(found: Comparison, solver: SolverCheck | None) -> list[dict[str, Any]
     local = found.first.local
     listed = [residuals_of(local), optimum(state_of(local))]
     listed += [] if solver is None else [solver.check]
-    return [{"name": c.name, "ok": bool(c.ok), "says": c.says} for c in listed]
+    return [one.values() for one in listed]
 
 
 def _law(one: Standing, found: Comparison) -> dict[str, Any]:

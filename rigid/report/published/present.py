@@ -52,7 +52,7 @@ def content(spec: Spec, found: Findings) -> StoriesContent:
     causes = tuple(
         StoryRow(c.title, c.assumes, cause_needs(i, told), c.decides) for i, c in enumerate(CAUSES)
     )
-    listed = tuple(Check(c["name"], c["ok"], c["says"]) for c in checks(found))
+    listed = tuple(checks(found))
     return StoriesContent(
         title=spec.title or spec.path.stem,
         simulated=False,
