@@ -7,8 +7,7 @@ from matplotlib.figure import Figure
 
 from rigid.plots.figure import Columns, Drawn
 from rigid.plots.style import BLUE, GREY, INK, VERMILION, house_style, new_figure, panel_title
-from rigid.report.discovery.section import DiscoveryContent
-from rigid.report.discovery.shown import AgainstShown
+from rigid.report.discovery.section import AgainstShown, DiscoveryContent
 
 PLACE = "step"
 

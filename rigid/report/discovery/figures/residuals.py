@@ -8,8 +8,7 @@ from matplotlib.figure import Figure
 from rigid.plots.decimate import line_points
 from rigid.plots.figure import Columns, Drawn
 from rigid.plots.style import BLUE, GREY, INK, VERMILION, house_style, new_figure, panel_title
-from rigid.report.discovery.section import DiscoveryContent
-from rigid.report.discovery.shown import MOST_PANELS, ResidualShown
+from rigid.report.discovery.section import MOST_PANELS, DiscoveryContent, ResidualShown
 
 PLACE = "step"
 

@@ -8,8 +8,7 @@ from rigid.plots.banded import banded
 from rigid.plots.figure import Columns, Drawn
 from rigid.plots.shown import QUANTILES
 from rigid.plots.style import GREY, VERMILION, house_style, new_figure, panel_title
-from rigid.report.published.section import StoriesContent
-from rigid.report.published.shown import BANDS, COLOURS, COMPUTED, StoriesShown
+from rigid.report.published.section import BANDS, COLOURS, COMPUTED, StoriesContent, StoriesShown
 
 PLACE = "figures"
 

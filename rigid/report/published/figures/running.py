@@ -10,8 +10,7 @@ from rigid.plots.banded import banded
 from rigid.plots.figure import Columns, Drawn
 from rigid.plots.shown import QUANTILES
 from rigid.plots.style import BLUE, GREY, VERMILION, house_style, new_figure, panel_title
-from rigid.report.published.section import StoriesContent
-from rigid.report.published.shown import BANDS, COMPUTED, StoriesShown
+from rigid.report.published.section import BANDS, COMPUTED, StoriesContent, StoriesShown
 
 PLACE = "figures"
 
