@@ -72,8 +72,8 @@ def rig_of(values, names=MEMORY, walkers: bool = False) -> Rig:
 def in_full(rig: Rig, contact, fractions, record: Drive, tolerance: float = full.TOLERANCE) -> dict:
     """Readings (samples,) of one slow record by the full solve; `rig` has one walker."""
     levels = jnp.asarray(fractions, dtype=float)[:, None, None]
-    drives = side_by_side((record,))
-    out = full.march(rig, jnp.asarray([contact]), levels, drives, tolerance=tolerance)
+    drives, still = side_by_side((record,)), jnp.zeros((1, 1))
+    out = full.march(rig, jnp.asarray([contact]), levels, drives, still, tolerance)
     return {quantity: np.asarray(series[:, 0, 0]) for quantity, series in out.items()}
 
 

@@ -15,7 +15,6 @@ from rigid.likelihood.assemble import given_priors
 from rigid.likelihood.effect_lookup import effects_named, name_in_specs
 from rigid.likelihood.priors import AbstractPrior
 from rigid.localfit.hypothesis import Hypothesis
-from rigid.localfit.intervals import interval
 from rigid.localfit.leave_one_out import gap
 from rigid.localfit.samples import aside_of
 from rigid.report.taken import taken
@@ -104,12 +103,12 @@ def _added(step: Step, name: str, judged: Judged) -> dict[str, Any]:
     difference, error = judged.elpd
     return {
         "parameters": {
-            label: interval(one.after, label) for label in added_labels(one.after.hypothesis, name)
+            label: one.after.interval(label) for label in added_labels(one.after.hypothesis, name)
         },
         "moved": {
             label: {
-                "before": interval(one.before, label)["median"],
-                "after": interval(one.after, label)["median"],
+                "before": one.before.interval(label)["median"],
+                "after": one.after.interval(label)["median"],
             }
             for label in quoted(one.before.hypothesis)
         },

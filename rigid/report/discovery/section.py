@@ -1,7 +1,8 @@
 """The section on discovery: what it is on the page, and its content."""
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from jaxtyping import Float
@@ -12,6 +13,8 @@ from rigid.report.discovery import figures
 from rigid.report.section import Kind
 
 KIND = Kind("discovery", 30, "What is missing", "discovery.html.j2", figures)
+
+Shown = TypeVar("Shown")
 
 MOST_PANELS = 3
 """Channels of which residuals are drawn."""
@@ -126,3 +129,8 @@ class DiscoveryContent(Content):
     pairs: tuple[str, ...]
     rejected: tuple[tuple[str, str, str], ...]
     shown: float
+
+
+def numbered(steps: Iterable[Shown | None]) -> Iterator[tuple[int, Shown]]:
+    """What there is to draw of the steps, with the number of each; steps without any left out."""
+    return ((number, shown) for number, shown in enumerate(steps, start=1) if shown)

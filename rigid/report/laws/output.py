@@ -7,7 +7,6 @@ from rigid.friction.comparison import CANNOT_TELL, Comparison, Standing
 from rigid.friction.prior_widths import AS_STATED
 from rigid.inference.reference_check import SolverCheck
 from rigid.io.files import csv_text, finite
-from rigid.localfit.intervals import interval
 from rigid.localfit.leave_one_out import gap
 from rigid.localfit.next_record import Proposal
 from rigid.localfit.samples import aside_of
@@ -93,7 +92,7 @@ def _law(one: Standing, found: Comparison) -> dict[str, Any]:
         ],
         "gap": finite(gap(one.local)),
         "short_of_top": finite(promised(one.local)),
-        "parameters": {label: interval(one.local, label) for label in own_labels(one)},
+        "parameters": {label: one.local.interval(label) for label in own_labels(one)},
     }
 
 
