@@ -12,7 +12,7 @@ from rigid.likelihood.parameters import Parameter, Parameters, collect
 from rigid.likelihood.priors import AbstractPrior, Fixed, Lognormal, Normal, Uniform, make_prior
 from rigid.likelihood.problem import Problem
 from rigid.likelihood.tracks import Series, Track
-from rigid.physics import full
+from rigid.physics import full, staggered
 from rigid.physics.drive import Drive, side_by_side
 from rigid.physics.rig import Rig, build_rig
 from rigid.spec.sheets import SHEETS as DEFAULTS
@@ -67,6 +67,11 @@ def rig_of(values, names=MEMORY, walkers: bool = False) -> Rig:
     """Scalar parameters, or a walkers' axis of length 1."""
     shaped = {k: jnp.asarray([v] if walkers else v, dtype=float) for k, v in values.items()}
     return build_rig(effects(names), shaped)
+
+
+def march_still(rig: Rig, contact, fractions, drives) -> dict:
+    """As `slow.march`: the pump at angle 0 when a record begins."""
+    return staggered.march(rig, contact, fractions, drives, jnp.zeros_like(fractions[0]))
 
 
 def in_full(rig: Rig, contact, fractions, record: Drive, tolerance: float = full.TOLERANCE) -> dict:

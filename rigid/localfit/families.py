@@ -20,8 +20,8 @@ from jax import Array
 
 from rigid.effects import AbstractEffect
 from rigid.likelihood.groups import AbstractGrid, AbstractGroup, beating
-from rigid.likelihood.priors import make_prior
 from rigid.likelihood.problem import Problem
+from rigid.localfit.candidates import quiet_values
 from rigid.localfit.hidden_inputs import HIDDEN
 from rigid.physics.rig import acting
 
@@ -91,16 +91,6 @@ def _family(problem: Problem, effects: Effects) -> Family:
     quiet = {label: value for effect in effects for label, value in quiet_values(effect).items()}
     quiet |= dict.fromkeys(beating(effects, problem.tracks).values(), 0.0)
     return Family(effects, tuple(groups), quiet)
-
-
-def quiet_values(effect: type[AbstractEffect]) -> dict[str, float]:
-    """Parameters of an effect by label: amplitudes where it is absent, the rest at the median."""
-    out = {}
-    for info in effect.parameters():
-        for label, prior in zip(info.labels, info.priors, strict=True):
-            median = make_prior(prior.law, prior.arguments, label).from_standard(0.0)
-            out[label] = float(median) if info.absent is None else float(info.absent)
-    return out
 
 
 def holding(found: tuple[Family, ...], effects: Iterable[type[AbstractEffect]]) -> Family:

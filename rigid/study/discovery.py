@@ -161,7 +161,7 @@ def candidates(spec: Spec, problem: Problem) -> tuple[type[AbstractEffect], ...]
         for effect in listed
         if effect not in problem.effects
         and any(effect.acts_in(kind) for kind in kinds)
-        and any(info.absent is not None for info in effect.parameters())
+        and effect.may_lack()
         and not taken & {info.name for info in effect.parameters()}
     )
 

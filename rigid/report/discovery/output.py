@@ -29,23 +29,14 @@ RULED_OUT = -20.0
 def added_labels(hypothesis: Hypothesis, name: str) -> list[str]:
     """Labels of what an added effect brought in."""
     effect = next(e for e in hypothesis.added if e.name == name)
-    mine = [label for info in effect.parameters() for label in info.labels]
-    return [label for label in mine if label in hypothesis.labels]
+    return [label for label in effect.labels() if label in hypothesis.labels]
 
 
 def quoted(hypothesis: Hypothesis) -> list[str]:
     """Labels of numbers that a user would quote: of the effects, and every record's flow."""
-    names = {
-        label
-        for effect in hypothesis.problem.effects
-        for info in effect.parameters()
-        for label in info.labels
-    }
-    return [
-        p.label
-        for p in hypothesis.parameters
-        if p.label in names or p.base in (*names, "kappa")
-    ]  # fmt: skip
+    names = {label for effect in hypothesis.problem.effects for label in effect.labels()}
+    asked = {*names, "kappa"}
+    return [p.label for p in hypothesis.parameters if p.label in names or p.base in asked]
 
 
 def as_dict(spec: Spec, outcome: Outcome, extended: Path | None) -> dict[str, Any]:

@@ -98,12 +98,7 @@ def _law(one: Standing, found: Comparison) -> dict[str, Any]:
 
 def own_labels(one: Standing) -> list[str]:
     """Labels of a law's uncertain numbers of friction, the viscous coefficient's among them."""
-    names = {
-        label
-        for name in one.model.effects
-        for info in CATALOGUE[name].parameters()
-        for label in info.labels
-    }
+    names = {label for name in one.model.effects for label in CATALOGUE[name].labels()}
     return [label for label in one.local.hypothesis.labels if label in names]
 
 
