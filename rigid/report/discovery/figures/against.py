@@ -18,11 +18,10 @@ def drawn(content: DiscoveryContent) -> Iterator[Drawn]:
         yield Drawn(
             f"against-{number}",
             against_figure(shown, content.simulated),
-            "What the records leave over, against what the effect explains of it, in classes "
-            "of samples that tell about as much each; bars: one standard deviation. Were the "
-            "effect not there, the points on the left would lie on the level line; as it is, "
-            "along the dashed one. With the effect in the model nothing should be left, on the "
-            "right.",
+            "What the records leave over, against what the effect explains of it, in classes of "
+            "samples that tell about as much each; bars: one standard deviation. Were the effect "
+            "not there, the points on the left would lie on the level line; as it is, along the "
+            "dashed one. With the effect in the model nothing should be left, on the right.",
             "Left over against explained, without and with the effect",
             numbers(shown),
         )
