@@ -9,7 +9,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from rigid.plots.shown import QUANTILES
+from rigid.plots.banded import quantile_columns
 from rigid.plots.style import BLUE, GREY, INK, VERMILION
 from rigid.report.content import Content
 from rigid.report.section import Kind
@@ -59,8 +59,7 @@ def columns(time: np.ndarray, quantities: Sequence[tuple[str, Banded]]) -> dict[
     """
     out = {"time [s]": time}
     for name, band in quantities:
-        for level, row in zip(QUANTILES, band.quantiles, strict=True):
-            out[f"{name} {band.place} {level} % [{band.unit}]"] = row
+        out |= quantile_columns(f"{name} {band.place}", band.unit, band.quantiles)
     return out
 
 
