@@ -123,7 +123,7 @@ def test_result_json_has_the_keys_of_the_contract(fitted):
     assert set(result) == {
         *("schema", "spec", "usable", "simulated", "checks", "parameters"),
         *("gap", "cost", "solver", "seed", "versions", "sha256"),
-        *("held_exact", "set_aside"),
+        *("held_exact", "set_aside", "why_solver"),
     }
     assert (result["schema"], result["spec"], result["simulated"]) == (1, "own", True)
     assert result["set_aside"] == []
