@@ -18,7 +18,7 @@ from mkdocs.structure.files import File, Files
 
 from rigid import _HOMES
 from rigid.__main__ import COMMANDS
-from rigid.spec.schema import schema
+from rigid.spec.values import schema
 
 ROOT = Path(__file__).parents[1]
 SHOWN = ("CHANGELOG.md", "CONTRIBUTING.md")

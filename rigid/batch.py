@@ -1,6 +1,7 @@
 """`python -m rigid.batch FOLDER`: every spec of a folder fitted, and one page over all."""
 
 import sys
+from functools import partial
 from pathlib import Path
 
 from rigid.io.cli import Options, Takes, run
@@ -8,11 +9,6 @@ from rigid.study.command import tell
 
 SAYS = "Fit every spec of a folder; one page over all: quantities with uncertainty, what drifts."
 TAKES = Takes("a folder of specs (*.toml)", workers=True)
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Run the command."""
-    return run("batch", SAYS, batch, arguments, TAKES)
 
 
 def batch(options: Options) -> int:
@@ -25,6 +21,8 @@ def batch(options: Options) -> int:
     folder = Path(options.spec)
     return tell(options, options.folder(folder), season(folder).fit(options))
 
+
+main = partial(run, "batch", SAYS, batch, takes=TAKES)
 
 if __name__ == "__main__":
     sys.exit(main())

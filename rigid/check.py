@@ -12,7 +12,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command, or print the schema that editors complete and check specs with."""
     given = sys.argv[1:] if arguments is None else arguments
     if "--schema" in given:
-        from rigid.spec.schema import schema
+        from rigid.spec.values import schema
 
         sys.stdout.write(json_text(schema()))
         return 0

@@ -1,11 +1,11 @@
 """`python -m rigid.compare RUN RUN ...`: runs side by side: what moved, and why."""
 
 import sys
+from functools import partial
 from pathlib import Path
 
 from rigid.io.cli import Options, Takes, run
-from rigid.io.progress import WRITE, stage
-from rigid.study.command import tell
+from rigid.study.command import write_and_tell
 
 SAYS = "Set runs side by side: what moved, which records disagree, what differs."
 TAKES = Takes(
@@ -14,21 +14,14 @@ TAKES = Takes(
 )
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Run the command."""
-    return run("compare", SAYS, compare_runs, arguments, TAKES)
-
-
 def compare_runs(options: Options) -> int:
     """Compare and write all files; returns 0, or 1 if a run must not be used."""
     from rigid.study.compare import compare
 
-    found = compare(options.runs)
-    folder = options.folder(Path("compare"))
-    with stage(options.quiet, WRITE):
-        found.write(folder)
-    return tell(options, folder, found)
+    return write_and_tell(options, Path("compare"), compare(options.runs))
 
+
+main = partial(run, "compare", SAYS, compare_runs, takes=TAKES)
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -1,10 +1,11 @@
 """`python -m rigid.fit SPEC`: records to posterior to report. The pipeline on one page."""
 
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rigid.io.cli import Options, run
+from rigid.io.cli import run
 from rigid.study.command import ask
 
 if TYPE_CHECKING:
@@ -14,25 +15,19 @@ if TYPE_CHECKING:
 SAYS = "Calibrate a rig: records in, posterior of its parameters and a report out."
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Run the command."""
-    return run("fit", SAYS, fit, arguments)
+def fitted(study: "Study", out: Path, **how: Any) -> "CommandResult":
+    """Fit records, or the numbers that a paper prints, and write all files."""
+    from rigid.study.published import fit_published
+
+    if study.spec.published is None:
+        return study.fit(out, **how)
+    seed = study.spec.sampler.seed if how["seed"] is None else how["seed"]
+    return fit_published(study.spec, out, seed, how["quiet"])
 
 
-def fit(options: Options) -> int:
-    """Calibrate and write all files; returns 0, or 1 if the result must not be used."""
-
-    def fitted(study: "Study", out: Path, **how: Any) -> "CommandResult":
-        from rigid.study.published import fit_published
-
-        spec = study.spec
-        if spec.published is None:
-            return study.fit(out, **how)
-        seed = spec.sampler.seed if options.seed is None else options.seed
-        return fit_published(spec, out, seed, options.quiet)
-
-    return ask(options, fitted)
-
+fit = partial(ask, fitted)
+"""Calibrate and write all files; returns 0, or 1 if the result must not be used."""
+main = partial(run, "fit", SAYS, fit)
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+from functools import partial
 from pathlib import Path
 
 from rigid.io.cli import Options, Takes, run
@@ -39,11 +40,6 @@ TAKES = Takes(
 )
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Run the command."""
-    return run("new", SAYS, new, arguments, TAKES)
-
-
 def new(options: Options) -> int:
     """Write the spec and say what is still to be filled in; returns 0."""
     from rigid.io.errors import InputError
@@ -63,6 +59,8 @@ def new(options: Options) -> int:
     sys.stdout.write("\n".join([*lines, f"then: rigid check {out}", ""]))
     return 0
 
+
+main = partial(run, "new", SAYS, new, takes=TAKES)
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -1,10 +1,10 @@
 """`python -m rigid.paper`: the paper, its equations, numbers and figures, computed again."""
 
 import sys
+from functools import partial
 
 from rigid.io.cli import Options, Takes, run
-from rigid.io.progress import WRITE, stage
-from rigid.study.command import tell
+from rigid.study.command import write_and_tell
 
 SAYS = "Compute the paper again: equations (2) to (23), every printed number, and its figures."
 NO_FIT = "no-fit"
@@ -12,11 +12,6 @@ TAKES = Takes(
     count="none",
     switches={NO_FIT: "leave out the fit to the printed numbers, which takes some minutes"},
 )
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Run the command."""
-    return run("paper", SAYS, paper, arguments, TAKES)
 
 
 def paper(options: Options) -> int:
@@ -31,11 +26,10 @@ def paper(options: Options) -> int:
         fit=NO_FIT not in options.switches,
         quiet=options.quiet,
     )
-    folder = options.folder(found.spec.path)
-    with stage(options.quiet, WRITE):
-        found.write(folder)
-    return tell(options, folder, found)
+    return write_and_tell(options, found.spec.path, found)
 
+
+main = partial(run, "paper", SAYS, paper, takes=TAKES)
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,11 +17,6 @@ SAYS = "Draw campaigns from a spec, fit them, and test what the posteriors say o
 WAYS = ("noise-halved", "rounding-ignored", "colour-ignored", "record-twice")
 SHIFT = 2.0
 """Prior sds of a misfit where none are given."""
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Run the command."""
-    return run("validate", SAYS, validate, arguments, Takes(workers=True, adds=add_options))
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -72,8 +68,10 @@ def validate(options: Options) -> int:
         )
         return study.validate(asked, out, workers=options.workers, **how)
 
-    return ask(options, validated)
+    return ask(validated, options)
 
+
+main = partial(run, "validate", SAYS, validate, takes=Takes(workers=True, adds=add_options))
 
 if __name__ == "__main__":
     sys.exit(main())

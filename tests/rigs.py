@@ -12,7 +12,7 @@ from rigid.likelihood.parameters import Parameter, Parameters, collect
 from rigid.likelihood.priors import AbstractPrior, Fixed, Lognormal, Normal, Uniform, make_prior
 from rigid.likelihood.problem import Problem
 from rigid.likelihood.tracks import Series, Track
-from rigid.physics import full
+from rigid.physics import full, staggered
 from rigid.physics.drive import Drive, side_by_side
 from rigid.physics.rig import Rig, build_rig
 from rigid.spec.sheets import SHEETS as DEFAULTS
@@ -69,11 +69,16 @@ def rig_of(values, names=MEMORY, walkers: bool = False) -> Rig:
     return build_rig(effects(names), shaped)
 
 
+def march_still(rig: Rig, contact, fractions, drives) -> dict:
+    """As `slow.march`: the pump at angle 0 when a record begins."""
+    return staggered.march(rig, contact, fractions, drives, jnp.zeros_like(fractions[0]))
+
+
 def in_full(rig: Rig, contact, fractions, record: Drive, tolerance: float = full.TOLERANCE) -> dict:
     """Readings (samples,) of one slow record by the full solve; `rig` has one walker."""
     levels = jnp.asarray(fractions, dtype=float)[:, None, None]
-    drives = side_by_side((record,))
-    out = full.march(rig, jnp.asarray([contact]), levels, drives, tolerance=tolerance)
+    drives, still = side_by_side((record,)), jnp.zeros((1, 1))
+    out = full.march(rig, jnp.asarray([contact]), levels, drives, still, tolerance)
     return {quantity: np.asarray(series[:, 0, 0]) for quantity, series in out.items()}
 
 

@@ -53,9 +53,9 @@ WITHIN = {
         ("workflow",),
     ),
     "report": (
-        ("mathml", "paper_values", "symbols", "taken", "usability"),
+        ("paper_values", "taken", "usability"),
         ("content",),
-        ("sparks", "wording"),
+        ("wording",),
         ("templating",),
         ("page", "gallery", "made"),
         ("section",),

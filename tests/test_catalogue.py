@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from rigs import BASE, NOMINAL, drive, in_full, rig_of
+from rigs import BASE, NOMINAL, drive, in_full, march_still, rig_of
 from scipy.integrate import quad, solve_ivp
 
 from rigid.effects import CATALOGUE, AbstractEffect
@@ -115,7 +115,7 @@ IN_MOTION = {  # what moves otherwise, with whether the check against the refere
 
 @eqx.filter_jit
 def marched(rig, contact, fractions, record, steady):
-    march = slow.march if steady else staggered.march
+    march = slow.march if steady else march_still
     return march(rig, contact, fractions, side_by_side((record,)))
 
 

@@ -13,7 +13,7 @@ from rigid.io.cli import Options
 from rigid.io.errors import InputError
 from rigid.spec import load_spec
 from rigid.spec.read import EXAMPLES
-from rigid.spec.schema import schema
+from rigid.spec.values import schema
 
 KINDS = {"object": dict, "array": list, "string": str, "boolean": bool, "null": type(None)}
 

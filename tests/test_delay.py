@@ -6,13 +6,13 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from rigs import BASE, NOMINAL, drive, rig_of
+from rigs import BASE, NOMINAL, drive, march_still, rig_of
 from scipy.stats import norm
 
 from rigid.effects import CATALOGUE
 from rigid.likelihood.priors import Normal
 from rigid.localfit.candidates import candidates, priors_of
-from rigid.physics import slow, staggered
+from rigid.physics import slow
 from rigid.physics.drive import side_by_side
 from rigid.physics.rig import Rig
 
@@ -36,7 +36,7 @@ def pressure(march, record, kind: str, delay: float | None) -> np.ndarray:
 
 
 @pytest.mark.parametrize("kind", RECORDS)
-@pytest.mark.parametrize("march", [slow.march, staggered.march])
+@pytest.mark.parametrize("march", [slow.march, march_still])
 def test_a_delay_shorter_than_a_sample_moves_no_jump(march, kind: str):
     """Spread over its sample, a jump of 4 bar by a sixteenth of it would be off by 3 psi."""
     record = RECORDS[kind][0]

@@ -17,8 +17,7 @@ from rigid.report.calibration.section import KIND
 from rigid.report.content import Answer, Check, Front, KeyNumber, Published
 from rigid.report.page import Section, read_section, rebuild, write_section
 from rigid.report.section import section, write_report
-from rigid.report.symbols import symbol_html
-from rigid.report.templating import columns, prose
+from rigid.report.templating import columns, prose, symbol_html
 
 VOID = {"meta", "br", "link", "img", "hr", "input"}
 

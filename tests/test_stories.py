@@ -8,9 +8,8 @@ from scipy.linalg import expm
 
 from rigid.physics.characteristic import PUBLISHED_RIG, modes
 from rigid.published import quantities as q
-from rigid.published.catalogue import FIXED_ROOT, FREE_ROOT, MEMORY, ROD_SIDE, STORIES
+from rigid.published.catalogue import ANNULUS, FIXED_ROOT, FREE_ROOT, MEMORY, ROD_SIDE, STORIES
 from rigid.published.printed import BLUNDER, log_probability
-from rigid.published.rod_side import ANNULUS
 from rigid.published.running import sliding_force
 from rigid.spec import find_spec, load_spec
 

@@ -24,9 +24,8 @@ from rigid.published.walk.items import (
 )
 from rigid.published.walk.numbers import read_numbers
 from rigid.published.walk.solving import Stretch, loaded, run
-from rigid.report.mathml import equation, words
 from rigid.report.paper.content import PARTS, row
-from rigid.report.paper.typeset import BELONGS, SYMBOLS, TYPESET
+from rigid.report.paper.typeset import BELONGS, SYMBOLS, TYPESET, equation, words
 
 ROOT = Path(__file__).parents[1]
 PUBLISHED = tomllib.loads((ROOT / "data" / "paper" / "published.toml").read_text("utf-8"))

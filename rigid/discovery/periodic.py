@@ -24,7 +24,7 @@ from rigid.effects import AbstractEffect
 from rigid.likelihood.groups import beating
 from rigid.likelihood.priors import AbstractPrior, make_prior
 from rigid.likelihood.tracks import Track
-from rigid.localfit.candidates import Candidate, priors_of, standard_of
+from rigid.localfit.candidates import Candidate, amplitude_of, priors_of, standard_of
 from rigid.localfit.evidence import amplitudes, log_bayes
 from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import ChannelKey
@@ -62,9 +62,7 @@ class Line(NamedTuple):
         All angles are alike, but a posterior that is cut in two by the end of its prior is no bell.
         """
         priors = priors_of(effect, given)
-        amplitude = next(label for label, (info, _) in priors.items() if info.absent is not None)
-        info, prior = priors[amplitude]
-        absent = float(info.absent or 0.0)
+        amplitude, absent, prior = amplitude_of(priors)
         assert effect.beat is not None  # the caller asks
         shape = {amplitude: absent, effect.beat: self.frequency, **dict(self.angles)}
         around = {
@@ -155,8 +153,7 @@ def lines(fit: Fitted, effect: type[AbstractEffect]) -> Line | None:
     heard = _hearing(fit, effect, priors[effect.beat][1])
     if heard is None:
         return None
-    info, prior = next(found for found in priors.values() if found[0].absent is not None)
-    absent, known = float(info.absent or 0.0), heard.known()
+    (_, absent, prior), known = amplitude_of(priors), heard.known()
     weigh = partial(
         log_bayes_of_line,
         known=known,

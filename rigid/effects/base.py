@@ -198,6 +198,16 @@ class AbstractEffect(eqx.Module):
         )
 
     @classmethod
+    def labels(cls) -> tuple[str, ...]:
+        """Return the flat names of the parameters, one for each element."""
+        return tuple(label for info in cls.parameters() for label in info.labels)
+
+    @classmethod
+    def may_lack(cls) -> bool:
+        """Whether there are rigs without the effect: one of its parameters can make it absent."""
+        return any(info.absent is not None for info in cls.parameters())
+
+    @classmethod
     def build(cls, values: Mapping[str, ArrayLike]) -> "AbstractEffect":
         """Make the effect from flat values, `{"mu": ..., "mu_branch[1]": ...}` in SI.
 

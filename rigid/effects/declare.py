@@ -53,6 +53,11 @@ def uniform(low: float, high: float) -> PriorDescription:
     return PriorDescription("uniform", {"low": low, "high": high})
 
 
+def loguniform(low: float, high: float) -> PriorDescription:
+    """Describe a prior under which all orders of magnitude between `low` and `high` are alike."""
+    return PriorDescription("loguniform", {"low": low, "high": high})
+
+
 def fixed(value: float) -> PriorDescription:
     """Describe a constant that is taken as known."""
     return PriorDescription("fixed", {"value": value})

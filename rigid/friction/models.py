@@ -12,8 +12,7 @@ from collections.abc import Mapping
 from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.likelihood.priors import AbstractPrior
 from rigid.likelihood.problem import Problem
-from rigid.localfit.candidates import priors_of
-from rigid.localfit.families import quiet_values
+from rigid.localfit.candidates import priors_of, quiet_values
 from rigid.spec import Spec
 
 VISCOUS, MEMORY = "viscous-friction", "frequency-dependent-friction"

@@ -81,7 +81,7 @@ def constant_starts(memory: LocalFit, model: FrictionModel) -> list[Point]:
     own = np.array([label not in model.held for label in old.labels])
     sensors = np.ones(len(memory.w) - len(own), dtype=bool)
     w = memory.w[np.concatenate([own, sensors])]
-    values = {k: v for k, (v, _) in old.values(memory.w).items()}
+    values = old.every(memory.w)
     branches = sum(values[p.label] for p in old.parameters if p.base == BRANCH)
     at, out = new.labels.index("mu"), []
     for share in CARRIED:
@@ -158,8 +158,7 @@ def _changes(
     base: LocalFit, family: Family, jobs: Sequence[tuple[Hypothesis, ModelSetting]]
 ) -> np.ndarray:
     """Change of every sample's expected reading by each job (n, jobs)."""
-    here = {k: v for k, (v, _) in base.hypothesis.values(base.w).items()}
-    every = dict(family.quiet) | base.hypothesis.constants() | here
+    every = dict(family.quiet) | base.hypothesis.every(base.w)
     lanes = [every]
     for hypothesis, job in jobs:
         priors = {p.label: p.prior for p in _own(hypothesis)}

@@ -61,7 +61,7 @@ def friction(
     - `values`: SI by label, (draws,) each.
     """
     omega = 2 * np.pi * FREQUENCIES[:, None]
-    names = [label for e in effects for info in e.parameters() for label in info.labels]
+    names = [label for effect in effects for label in effect.labels()]
     seen, draws = Scoped(values, scope), max(np.size(v) for v in values.values())
     columns = [np.broadcast_to(np.asarray(seen[name], dtype=float), draws) for name in names]
     table = np.array(columns).reshape(len(names), draws).T

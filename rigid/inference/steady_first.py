@@ -76,12 +76,12 @@ def steady_part(spec: Spec) -> Spec | None:
     effects = dict(zip(spec.model.effects, chosen_effects(spec), strict=True))
     moving = {name: effect for name, effect in effects.items() if not effect.steady}
     left = tuple(name for name in effects if name not in moving)
-    if not moving or not all(_may_lack(effect) for effect in moving.values()):
+    if not moving or not all(effect.may_lack() for effect in moving.values()):
         return None
     if not any(_rubs(effects[name]) for name in left):
         return None
     gone = {i.name for e in moving.values() for i in e.parameters()} | {PUMP_ANGLE}
-    gone |= {label for e in moving.values() for i in e.parameters() for label in i.labels}
+    gone |= {label for e in moving.values() for label in e.labels()}
     places = {place for r in spec.records for place in _places(r)}
     gone_priors = gone | {f"{name}[{place}]" for name in gone for place in places}
     model = spec.model.model_copy(
@@ -99,11 +99,6 @@ def _places(record: RecordSpec) -> tuple[str, ...]:
     """What stands in the brackets of a number that is not the same in all records."""
     name, cylinder = record.name, record.cylinder
     return record.kind, name, cylinder, f"{name},{cylinder}"
-
-
-def _may_lack(effect: type[AbstractEffect]) -> bool:
-    """Whether there are rigs without an effect."""
-    return any(info.absent is not None for info in effect.parameters())
 
 
 def _rubs(effect: type[AbstractEffect]) -> bool:

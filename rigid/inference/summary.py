@@ -1,7 +1,7 @@
 """Figures of each quantity, and the tables for people and programs: summary.csv, result.json."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +34,13 @@ class Summary:
     ess_tail: float | None
     r_hat: float | None
 
+    @classmethod
+    def of_independent(cls, values: NDArray[np.float64]) -> "Summary":
+        """Figures of draws, of any shape, that no chain made."""
+        q05, median, q95 = (float(q) for q in np.quantile(values, (0.05, 0.5, 0.95)))
+        mean, sd = float(np.mean(values)), float(np.std(values, ddof=1))
+        return cls(mean, sd, median, q05, q95, None, None, None)
+
 
 @dataclass(frozen=True)
 class ParameterRow:
@@ -60,6 +67,10 @@ class Check:
     name: str
     ok: bool
     says: str
+
+    def values(self) -> dict[str, Any]:
+        """An entry of `checks` in the results."""
+        return {"name": self.name, "ok": bool(self.ok), "says": self.says}
 
 
 @dataclass(frozen=True)
@@ -132,7 +143,7 @@ class Result:
             "spec": self.spec,
             "usable": self.usable,
             "simulated": self.simulated,
-            "checks": [asdict(check) for check in self.checks],
+            "checks": [check.values() for check in self.checks],
             "parameters": {
                 name: {key: value for key, value in row.items() if key != "name"}
                 for name, row in rows.items()
@@ -165,17 +176,8 @@ def summarise(
     turned = _by_ensemble(values, ensemble)
     within = None if modes is None else _by_ensemble(modes, ensemble)
     found = convergence.diagnose("", turned, within)
-    q05, median, q95 = np.quantile(values, (0.05, 0.5, 0.95))
-    return Summary(
-        mean=float(np.mean(values)),
-        sd=float(np.std(values, ddof=1)),
-        median=float(median),
-        q05=float(q05),
-        q95=float(q95),
-        ess_bulk=found.ess_bulk,
-        ess_tail=found.ess_tail,
-        r_hat=found.r_hat,
-    )
+    figures = Summary.of_independent(values)
+    return replace(figures, ess_bulk=found.ess_bulk, ess_tail=found.ess_tail, r_hat=found.r_hat)
 
 
 def _by_ensemble(values: NDArray[Any], ensemble: NDArray[np.integer]) -> NDArray[Any]:

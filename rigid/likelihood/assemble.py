@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 
-from rigid.effects import CATALOGUE, AbstractEffect
+from rigid.effects import CATALOGUE, AbstractEffect, declare
 from rigid.effects.declare import ParameterInfo, PriorDescription
 from rigid.io.errors import InputError, together
 from rigid.likelihood.channels import SensorSheet, make_pieces
@@ -20,6 +20,7 @@ from rigid.physics.sensors import UNITS
 from rigid.records.converter import coarseness
 from rigid.records.record import Record
 from rigid.spec import Spec
+from rigid.spec.values import PriorSpec
 
 RIG_SYMBOLS = {
     "M_HC": (r"M_\mathrm{HC}", "kg"),
@@ -33,18 +34,18 @@ RIG_SYMBOLS = {
     "presliding": (r"z_\mathrm{C}", "m"),
 }
 
-KAPPA_PRIOR = PriorDescription("lognormal", {"median": 0.2, "factor": 3.0})
+KAPPA_PRIOR = declare.lognormal(0.2, 3.0)
 """Around the values the paper uses, 0.2 and 0.12 (before eq. 23)."""
 
-TANK_PRIOR = PriorDescription("lognormal", {"median": -0.2, "factor": 3.0})
+TANK_PRIOR = declare.lognormal(-0.2, 3.0)
 
-STRAP_PRIOR = PriorDescription("lognormal", {"median": 0.3, "factor": 4.0})
+STRAP_PRIOR = declare.lognormal(0.3, 4.0)
 """Of how abruptly a strap begins and ends to let go: 0 gradually, 1 with a corner, more at once."""
 
 RELEASE_WITHIN = 1.0
 """Samples to either side by which the onset of a gradual release is uncertain."""
 
-ANY_ANGLE = PriorDescription("uniform", {"low": -math.pi, "high": math.pi})
+ANY_ANGLE = declare.uniform(-math.pi, math.pi)
 
 MOTION_CONSTANTS = ("M_Pl", "S_Pl", "presliding")
 """Constants of one body: its mass, the area that a pressure acts on, where bristles slide."""
@@ -183,8 +184,7 @@ def _stated(spec: Spec, one: Parameter) -> Parameter:
     """Return a parameter with the spec's prior for its label or its name, where it states one."""
     for name in (one.label, one.base):
         if name in spec.priors:
-            prior = spec.priors[name]
-            stated = make_prior(prior.law, prior.arguments, f"{spec.path} [priors] {name}")
+            stated = _described(spec.priors[name], f"{spec.path} [priors] {name}")
             return dataclasses.replace(one, prior=stated)
     return one
 
@@ -193,15 +193,15 @@ def given_priors(spec: Spec) -> dict[str, AbstractPrior]:
     """Priors that a spec states itself, by label."""
     made = together(
         *(
-            partial(make_prior, prior.law, prior.arguments, f"{spec.path} [priors] {name}")
+            partial(_described, prior, f"{spec.path} [priors] {name}")
             for name, prior in spec.priors.items()
         )
     )
     return dict(zip(spec.priors, made, strict=True))
 
 
-def _described(prior: PriorDescription) -> AbstractPrior:
-    return make_prior(prior.law, prior.arguments, "built-in prior")
+def _described(prior: PriorDescription | PriorSpec, where: str = "built-in prior") -> AbstractPrior:
+    return make_prior(prior.law, prior.arguments, where)
 
 
 def _physical(
@@ -213,8 +213,8 @@ def _physical(
         known = {name: known[name] for name in MOTION_CONSTANTS}
     for name, constant in known.items():
         symbol, unit = RIG_SYMBOLS[name]
-        default = make_prior(
-            "normal", {"mean": constant.value, "sd": constant.sd}, f"{spec.path} [rig] {name}"
+        default = _described(
+            declare.normal(constant.value, constant.sd), f"{spec.path} [rig] {name}"
         )
         yield from _spread(spec, Parameter(name, symbol, unit, default), tracks)
     for effect in effects:
@@ -298,8 +298,9 @@ def _local(spec: Spec, track: Track) -> Iterator[Parameter]:
         return
     record = next(r for r in spec.records if (r.name, r.cylinder) == (track.name, track.cylinder))
     assert record.preload is not None  # a spec states one for every release
-    preload = {"mean": record.preload.value, "sd": record.preload.sd}
-    prior = make_prior("normal", preload, f"preload[{track.label}]")
+    prior = _described(
+        declare.normal(record.preload.value, record.preload.sd), f"preload[{track.label}]"
+    )
     yield _stated(spec, of_record("preload", own, r"F_0", "N", prior))
     lasts = _duration(spec, own)
     prior = _release_law(record.release_time, track, bool(lasts))
@@ -309,8 +310,7 @@ def _local(spec: Spec, track: Track) -> Iterator[Parameter]:
 
 def _duration(spec: Spec, own: tuple[str, ...]) -> list[Parameter]:
     """How long the strap of a release takes to let go, where the spec has a prior for it."""
-    prior = make_prior("fixed", {"value": 0.0}, "release_duration")
-    one = of_record("release_duration", own, r"d_0", "s", prior)
+    one = of_record("release_duration", own, r"d_0", "s", _described(declare.fixed(0.0)))
     return [_stated(spec, one)] if spec.priors.keys() & {one.label, one.base} else []
 
 
@@ -333,14 +333,12 @@ def _release_law(given, track: Track, lasting: bool) -> AbstractPrior:
     high = float(track.onset_time) + wide * track.interval
     low = float(track.onset_time) - (1.0 + wide) * track.interval
     if given is None:
-        return make_prior("uniform", {"low": low, "high": high}, "release_time")
-    if given.sd == 0.0:
-        return make_prior("fixed", {"value": given.value}, "release_time")
-    return make_prior(
-        "truncated_normal",
-        {"mean": given.value, "sd": given.sd, "low": low, "high": high},
-        "release_time",
-    )
+        prior = declare.uniform(low, high)
+    elif given.sd == 0.0:
+        prior = declare.fixed(given.value)
+    else:
+        prior = declare.truncated_normal(given.value, given.sd, low, high)
+    return _described(prior, "release_time")
 
 
 def _noise(
@@ -355,8 +353,8 @@ def _noise(
     )
     for quantity, cylinder in seen:
         label = f"noise[{quantity},{cylinder}]"
-        stated = {"median": spec.sensors[quantity].noise, "factor": NOISE_FACTOR}
-        prior, places = make_prior("lognormal", stated, label), (quantity, cylinder)
+        about = declare.lognormal(spec.sensors[quantity].noise, NOISE_FACTOR)
+        prior, places = _described(about, label), (quantity, cylinder)
         yield _stated(spec, Parameter(
             label, r"\sigma", UNITS[quantity], prior, name="noise", places=places, cylinder=cylinder
         ))  # fmt: skip

@@ -145,15 +145,13 @@ def events(
 ) -> tuple[Candidate, ...]:
     """List events of the valve, one after the other through each record, as long as expected."""
     priors = priors_of(effect, given or {})
-    amplitude = next(label for label, (info, _) in priors.items() if info.absent is not None)
-    info, prior = priors[amplitude]
+    amplitude, absent, prior = amplitude_of(priors)
     found = []
     for track in tracks:
         if track.drive is None or not any(track.drive.levels):
             continue
         for begin in np.arange(0.0, int(track.samples) * track.interval - 0.2, EVENT_SPACING):
             shape = _shape(priors, {}) | {"event_start": float(begin)}
-            absent = float(info.absent or 0.0)
             found.append(Candidate(effect, amplitude, absent, prior, shape, track.label))
     return tuple(found)
 
@@ -170,9 +168,7 @@ def onsets(
     priors = priors_of(effect, given or {})
     assert effect.threshold is not None  # the caller asks
     prior = priors[effect.threshold][1]
-    amplitude = next(label for label, (info, _) in priors.items() if info.absent is not None)
-    info, size = priors[amplitude]
-    absent = float(info.absent or 0.0)
+    amplitude, absent, size = amplitude_of(priors)
     places, step = [top + ABOVE], CLOSE
     while places[-1] - step > float(prior.from_standard(-3.0)):
         places.append(places[-1] - step)
@@ -222,12 +218,28 @@ def priors_of(
     }
 
 
+def amplitude_of(
+    priors: Mapping[str, tuple[ParameterInfo, AbstractPrior]],
+) -> tuple[str, float, AbstractPrior]:
+    """The first number that brings an effect in: label, value where it is absent, prior."""
+    return next(
+        (label, float(info.absent), prior)
+        for label, (info, prior) in priors.items()
+        if info.absent is not None
+    )
+
+
 def even_settings(dimension: int, count: int, seed: int) -> np.ndarray:
     """Standard normal points (count, dimension) that fill their space evenly."""
     if dimension == 0:
         return np.zeros((1, 0))
     points = qmc.Sobol(dimension, rng=seed).random(1 << (count - 1).bit_length())[:count]
     return norm.ppf(np.clip(points, 1e-3, 1.0 - 1e-3))
+
+
+def quiet_values(effect: type[AbstractEffect]) -> dict[str, float]:
+    """Parameters of an effect by label: amplitudes where it is absent, the rest at the median."""
+    return _shape(priors_of(effect, {}), {})
 
 
 def _shape(

@@ -92,8 +92,7 @@ def _scenes(hypothesis: Hypothesis) -> list[Scene]:
     for effect in hypothesis.added:
         record = hypothesis.only.get(effect.name)
         if record is not None:
-            labels = tuple(label for info in effect.parameters() for label in info.labels)
-            scenes.append(Scene(record, labels))
+            scenes.append(Scene(record, effect.labels()))
     return scenes
 
 

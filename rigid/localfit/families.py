@@ -8,7 +8,7 @@ not asked for stand at the value at which they are absent.
 
 import dataclasses
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
@@ -20,8 +20,8 @@ from jax import Array
 
 from rigid.effects import AbstractEffect
 from rigid.likelihood.groups import AbstractGrid, AbstractGroup, beating
-from rigid.likelihood.priors import make_prior
 from rigid.likelihood.problem import Problem
+from rigid.localfit.candidates import quiet_values
 from rigid.localfit.hidden_inputs import HIDDEN
 from rigid.physics.rig import acting
 
@@ -93,16 +93,6 @@ def _family(problem: Problem, effects: Effects) -> Family:
     return Family(effects, tuple(groups), quiet)
 
 
-def quiet_values(effect: type[AbstractEffect]) -> dict[str, float]:
-    """Parameters of an effect by label: amplitudes where it is absent, the rest at the median."""
-    out = {}
-    for info in effect.parameters():
-        for label, prior in zip(info.labels, info.priors, strict=True):
-            median = make_prior(prior.law, prior.arguments, label).from_standard(0.0)
-            out[label] = float(median) if info.absent is None else float(info.absent)
-    return out
-
-
 def holding(found: tuple[Family, ...], effects: Iterable[type[AbstractEffect]]) -> Family:
     """Return the first program that has all of some effects.
 
@@ -154,19 +144,16 @@ def sweep(
     - `acts`: by kind of record, the lanes that are asked for there (lanes,); what is not comes out
       as 0. Left out: all of them everywhere.
     """
-    lanes, width = len(next(iter(values.values()))), family.lanes
-    every = {k: np.full(lanes, v) for k, v in family.quiet.items()} | dict(values)
-    none = np.zeros(lanes)
-    along = {k: np.asarray(tangents.get(k, none), dtype=float) for k in every}
+    none = np.zeros(len(next(iter(values.values()))))
+    along = {k: tangents.get(k, none) for k in (*family.quiet, *values)}
 
-    def one(number: int, mine: np.ndarray) -> Parts:
+    def one(number: int, here: dict[str, Array], mine: np.ndarray) -> Parts:
         group = family.groups[number]
-        inputs, moving = _moving(family.groups, _cut(every, mine, width), _cut(along, mine, width))
+        inputs, moving = _moving(family.groups, here, _cut(along, mine, family.lanes))
         read, slopes = _swept(group.grid, inputs[number], moving[number])
         return group.own(read), group.own(slopes)
 
-    asked = [np.flatnonzero(_asked(group, acts, lanes)) for group in family.groups]
-    return [(parts[0], parts[1]) for parts in _in_turns(family, asked, lanes, one)]
+    return [(parts[0], parts[1]) for parts in _in_turns(family, values, acts, one)]
 
 
 def read(
@@ -179,26 +166,28 @@ def read(
     - `values`, `acts`: as in `sweep`. A lane takes a fifth of the time that one with a derivative
       takes where a rig is not steady.
     """
-    lanes, width = len(next(iter(values.values()))), family.lanes
-    every = {k: np.full(lanes, v) for k, v in family.quiet.items()} | dict(values)
 
-    def one(number: int, mine: np.ndarray) -> Parts:
+    def one(number: int, here: dict[str, Array], _: np.ndarray) -> Parts:
         group = family.groups[number]
-        read = _read(group.grid, _inputs(family.groups, _cut(every, mine, width))[number])
-        return (group.own(read),)
+        return (group.own(_read(group.grid, _inputs(family.groups, here)[number])),)
 
-    asked = [np.flatnonzero(_asked(group, acts, lanes)) for group in family.groups]
-    return [parts[0] for parts in _in_turns(family, asked, lanes, one)]
+    return [parts[0] for parts in _in_turns(family, values, acts, one)]
 
 
 def _in_turns(
     family: Family,
-    asked: Sequence[np.ndarray],
-    lanes: int,
-    simulate: Callable[[int, np.ndarray], Parts],
+    values: Mapping[str, np.ndarray],
+    acts: Mapping[str, np.ndarray] | None,
+    simulate: Callable[[int, dict[str, Array], np.ndarray], Parts],
 ) -> list[tuple[dict[str, np.ndarray], ...]]:
-    """What `simulate` gives for the lanes asked of every group, by number, 0 for all others."""
-    width = family.lanes
+    """What `simulate` gives of every group for the lanes that are asked for, 0 for all others.
+
+    - `simulate`: takes the number of a group, values in some lanes, and the numbers of these.
+    """
+    width, lanes = family.lanes, len(next(iter(values.values())))
+    every = {k: np.full(lanes, v) for k, v in family.quiet.items()} | dict(values)
+    kinds = [group.tracks[0].kind for group in family.groups]
+    asked = [np.flatnonzero(np.ones(lanes) if acts is None else acts[kind]) for kind in kinds]
     jobs = [
         (number, mine[begin : begin + width])
         for number, mine in enumerate(asked)
@@ -207,7 +196,7 @@ def _in_turns(
 
     def one(job: tuple[int, np.ndarray]) -> tuple[dict[str, np.ndarray], ...]:
         number, mine = job
-        here = simulate(number, mine)
+        here = simulate(number, _cut(every, mine, width), mine)
         return jax.tree.map(lambda a: np.asarray(a)[..., : len(mine)], here)
 
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
@@ -222,10 +211,6 @@ def _in_turns(
                 jax.tree.map(partial(_put, mine), found, part)
         out.append(found)
     return out
-
-
-def _asked(group: AbstractGroup, acts: Mapping[str, np.ndarray] | None, lanes: int) -> np.ndarray:
-    return np.ones(lanes, dtype=bool) if acts is None else acts[group.tracks[0].kind]
 
 
 def _put(lanes: np.ndarray, into: np.ndarray, part: np.ndarray) -> None:

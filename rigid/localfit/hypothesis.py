@@ -99,6 +99,10 @@ class Hypothesis:
                 out[self.labels[i]] = v, s
         return out
 
+    def every(self, w: np.ndarray) -> dict[str, float]:
+        """SI values by label of all that is known, held, or in w."""
+        return self.constants() | {label: value for label, (value, _) in self.values(w).items()}
+
     @cached_property
     def _alike(self) -> list[tuple[np.ndarray, AbstractPrior]]:
         """Parameters whose priors are of one kind, by number, and all their priors as one law."""

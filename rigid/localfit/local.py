@@ -6,6 +6,7 @@ steps and evidence are linear algebra on the list of samples.
 
 import dataclasses
 from functools import cached_property
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -19,6 +20,8 @@ from rigid.localfit.families import Family
 from rigid.localfit.hypothesis import Hypothesis
 from rigid.localfit.samples import Layout, Terms, terms
 
+Z_90 = 1.6448536269514722
+"""95 % quantile of the standard normal."""
 NOISE_GRID = np.linspace(-5.0, 5.0, 81)
 
 
@@ -66,6 +69,16 @@ class LocalFit:
     def log_evidence(self) -> float:
         """Log of the integral of the posterior by Laplace's method, noise levels at their best."""
         return self.value - 0.5 * float(np.linalg.slogdet(self.information)[1])
+
+    def interval(self, label: str) -> dict[str, Any]:
+        """Median, 90 % interval and unit of a parameter, by the Gaussian around w."""
+        number = self.hypothesis.labels.index(label)
+        parameter = self.hypothesis.parameters[number]
+        reach = Z_90 * float(np.sqrt(self.covariance[number, number]))
+        places = self.w[number] + np.array([-reach, 0.0, reach])
+        # priors of negative quantities fall
+        low, median, high = sorted(float(parameter.prior.from_standard(z)) for z in places)
+        return {"median": median, "q05": low, "q95": high, "unit": parameter.unit}
 
 
 @eqx.filter_jit

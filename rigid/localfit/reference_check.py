@@ -16,7 +16,8 @@ from rigid.inference.reference_check import (
     nothing_solved,
 )
 from rigid.likelihood.groups import AbstractGroup
-from rigid.localfit.families import quiet_values, read
+from rigid.localfit.candidates import quiet_values
+from rigid.localfit.families import read
 from rigid.localfit.hypothesis import Hypothesis
 from rigid.localfit.local import LocalFit
 from rigid.physics.full import TOLERANCE

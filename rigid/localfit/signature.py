@@ -22,10 +22,8 @@ that costs much."""
 
 def lanes_of(local: LocalFit, more: Mapping[str, np.ndarray], count: int) -> dict[str, np.ndarray]:
     """Values of all parameters in `count` equal lanes, with those of `more` in their place."""
-    hypothesis = local.hypothesis
-    values = {k: np.full(count, v) for k, v in hypothesis.constants().items()}
-    values |= {k: np.full(count, v) for k, (v, _) in hypothesis.values(local.w).items()}
-    return values | dict(more)
+    values = local.hypothesis.every(local.w)
+    return {label: np.full(count, value) for label, value in values.items()} | dict(more)
 
 
 def reads(local: LocalFit) -> np.ndarray:

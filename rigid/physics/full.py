@@ -190,8 +190,8 @@ def march(
     contact: Array,
     fractions: Array,
     drives: Drives,
-    angles: Array | None = None,
-    tolerance: float = TOLERANCE,
+    angles: Array,
+    tolerance: float,
 ) -> dict[str, Array]:
     """Simulate a group of slow records from rest; arguments and result as `staggered.march`."""
     walkers = fractions.shape[2]
@@ -201,8 +201,7 @@ def march(
     for track, samples in enumerate(drives.samples):
         times = drives.interval * jnp.minimum(jnp.arange(drives.size), samples - 1)
         asked = {q: _asked(times, lags.get(q, 0.0), walkers) for q in READ}
-        angle = jnp.zeros(walkers) if angles is None else angles[track]
-        flows = [_flow(contact, fractions[i, track], angle) for i in drives.levels[track]]
+        flows = [_flow(contact, fractions[i, track], angles[track]) for i in drives.levels[track]]
         moves = drives.switches[track]
         way = _Way(rigs, flows, moves, drives.end[track], drives.interval, tolerance)
         columns.append(_record(way, start, asked))

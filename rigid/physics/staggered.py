@@ -81,17 +81,12 @@ def relaxed(rig: Rig, flat: Array, length: Array | float) -> Array:
 
 
 def march(
-    rig: Rig,
-    contact: Array,
-    fractions: Array,
-    drives: Drives,
-    angles: Array | None = None,
+    rig: Rig, contact: Array, fractions: Array, drives: Drives, angles: Array
 ) -> dict[str, Array]:
     """Simulate a group of slow records from rest; arguments and result as `slow.march`.
 
-    - `angles` (tracks, walkers) [rad]: of the pump when a record begins, 0 where left out.
+    - `angles` (tracks, walkers) [rad]: of the pump when a record begins.
     """
-    angles = jnp.zeros_like(fractions[0]) if angles is None else angles
     parts = WITH_BRISTLES if stiff_states(rig) else SUBSTEPS
     grid = plan(drives.finer(parts))
     strokes = foreseen(rig, contact, fractions, drives)

@@ -3,6 +3,14 @@
 import numpy as np
 from matplotlib.axes import Axes
 
+from rigid.plots.shown import QUANTILES
+
+
+def quantile_columns(name: str, unit: str, band: np.ndarray) -> dict[str, np.ndarray]:
+    """Quantiles (5, n) as the columns of a figure's numbers: "stroke of A 5 % [m]"."""
+    rows = zip(QUANTILES, band, strict=True)
+    return {f"{name} {level} % [{unit}]": row for level, row in rows}
+
 
 def banded(axes: Axes, x: np.ndarray, band: np.ndarray, colour: str) -> None:
     """A median with the bands that hold 50 and 90 %.

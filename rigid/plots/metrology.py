@@ -26,15 +26,21 @@ _SDS_IN_90_PERCENT = 3.29
 _ORDERS_APART = 10.0
 
 
-def _superscript(text: str) -> str:
+def superscript(text: str) -> str:
+    """A whole number as an exponent: "-3" -> "⁻³"."""
     return text.translate(_SUPERSCRIPT)
+
+
+def minus(text: str) -> str:
+    """Text with the signs of its negative numbers as minus signs."""
+    return text.replace("-", _MINUS)
 
 
 def unit_text(unit: str, exponent: int = 0) -> str:
     """The unit as printed, with the prefix of `exponent`: ("N s/m", 6) -> "MN·s/m"."""
     if unit in _DIMENSIONLESS:
         return ""
-    spelled = re.sub(r"\^\{?(-?\d+)\}?", lambda found: _superscript(found[1]), unit)
+    spelled = re.sub(r"\^\{?(-?\d+)\}?", lambda found: superscript(found[1]), unit)
     return _PREFIXES[exponent] + re.sub(r"(?<=\w)[ *](?=\w)", "·", spelled)
 
 
@@ -59,19 +65,18 @@ def exponent_of(magnitude: Number, unit: str) -> int:
 
 def _fixed(value: Number, decimals: int) -> str:
     rounded = round(value, decimals)
-    return f"{rounded + 0.0:.{max(decimals, 0)}f}".replace("-", _MINUS)
+    return minus(f"{rounded + 0.0:.{max(decimals, 0)}f}")
 
 
-def _decimals(uncertainty: Number, digits: int = 2) -> int:
-    """Decimals that leave `digits` significant digits of an uncertainty, after its rounding."""
-    order = int(f"{abs(uncertainty):.{digits - 1}e}".split("e")[1])
-    return digits - 1 - order
+def _decimals(uncertainty: Number) -> int:
+    """Decimals that leave two significant digits of an uncertainty, after its rounding."""
+    return 1 - int(f"{abs(uncertainty):.1e}".split("e")[1])
 
 
 def _with_unit(number: str, unit: str, exponent: int, joined: bool) -> str:
     if exponent and not _takes_prefix(unit, exponent):
         number = f"({number})" if joined else number
-        number, exponent = f"{number}{_SPACE}{_TIMES}{_SPACE}10{_superscript(str(exponent))}", 0
+        number, exponent = f"{number}{_SPACE}{_TIMES}{_SPACE}10{superscript(str(exponent))}", 0
     printed = unit_text(unit, exponent)
     return f"{number}{_SPACE}{printed}" if printed else number
 
@@ -81,8 +86,7 @@ def exact(value: Number | None, unit: str) -> str:
     if value is None or not math.isfinite(value):
         return ABSENT
     exponent = exponent_of(value, unit)
-    number = f"{value / 10.0**exponent:.6g}".replace("-", _MINUS)
-    return _with_unit(number, unit, exponent, joined=False)
+    return _with_unit(minus(f"{value / 10.0**exponent:.6g}"), unit, exponent, joined=False)
 
 
 def estimate(value: Number | None, sd: Number | None, unit: str) -> str:
@@ -107,10 +111,9 @@ def significant(value: Number | None, unit: str, digits: int = 3) -> str:
 
 def _scientific(value: Number) -> str:
     mantissa, order = f"{value:.1e}".split("e")
-    mantissa = mantissa.replace("-", _MINUS)
     if -2 <= int(order) <= 2:
         return _fixed(value, 1 - int(order))
-    return f"{mantissa}{_SPACE}{_TIMES}{_SPACE}10{_superscript(str(int(order)))}"
+    return f"{minus(mantissa)}{_SPACE}{_TIMES}{_SPACE}10{superscript(str(int(order)))}"
 
 
 def interval(low: Number | None, high: Number | None, unit: str) -> str:
@@ -150,7 +153,7 @@ def axis(values: Float[np.ndarray, "..."], unit: str) -> tuple[float, str]:
     finite = np.abs(values[np.isfinite(values)])
     exponent = exponent_of(float(finite.max()), unit) if finite.size else 0
     if exponent and not _takes_prefix(unit, exponent):
-        return 10.0**-exponent, f"10{_superscript(str(exponent))} {unit_text(unit)}".strip()
+        return 10.0**-exponent, f"10{superscript(str(exponent))} {unit_text(unit)}".strip()
     return 10.0**-exponent, unit_text(unit, exponent) or "1"
 
 
@@ -158,7 +161,7 @@ def count(number: Number | None) -> str:
     """A count in groups of three: 1234567 -> "1 234 567"."""
     if number is None or not math.isfinite(number):
         return ABSENT
-    return f"{round(number):,}".replace(",", "\N{NARROW NO-BREAK SPACE}").replace("-", _MINUS)
+    return minus(f"{round(number):,}".replace(",", "\N{NARROW NO-BREAK SPACE}"))
 
 
 def ratio(number: Number | None, decimals: int = 2) -> str:

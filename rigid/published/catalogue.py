@@ -1,15 +1,41 @@
 """The stories of the release and the causes of S p / v in free running, as values."""
 
+from typing import ClassVar
+
 import numpy as np
+from jax import Array
 
 from rigid.effects import CATALOGUE
-from rigid.effects.declare import PriorDescription
-from rigid.likelihood.priors import AbstractPrior, make_prior
+from rigid.effects.base import AbstractEffect, Action, State
+from rigid.effects.declare import PriorDescription, lognormal, loguniform, parameter, uniform
 from rigid.published.quantities import Effects, Response, Values, response, superposed
-from rigid.published.rod_side import RodSideChamber
-from rigid.published.story import Cause, Quantity, Story, alike, lognormal, plain, uniform
+from rigid.published.story import Cause, Quantity, Story, plain, quantity
 
 AREA = 44.2e-4  # m^2; paper, eq. (1)
+ROD_AREA = 3.141592653589793 * 0.05**2 / 4  # m^2; plunger of 5 cm, "Construction"
+ANNULUS = AREA - ROD_AREA
+OIL = 2e9  # Pa; paper, eq. (1)
+
+
+class RodSideChamber(AbstractEffect):
+    """A second oil spring: F = -k_oil S_rod/L_rod (x_SS), S_rod = 24.6 cm2 of a bore of 44.2 cm2.
+
+    The rig is double-acting, with two hoses for each cylinder; with both valves shut the rod side
+    holds oil of its own. It is linear, so that the eigenvalues at rest are all there is to it.
+    """
+
+    column: Array = parameter("L_rod", r"L_\mathrm{rod}", "m", lognormal(0.2, 1.5))
+
+    name: ClassVar[str] = "rod-side-chamber"
+    equation: ClassVar[str] = "oil-balance"
+    source: ClassVar[str] = "paper, Construction: two hoses, plunger of 5 cm; eq. (9) for its oil"
+    steady: ClassVar[bool] = True
+    kinds: ClassVar[tuple[str, ...] | None] = ("release",)
+
+    def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
+        """Return the force of the oil on the rod side."""
+        return Action(between=-OIL * ANNULUS / self.column * state.stroke)
+
 
 FIXED_ROOT: Effects = tuple(
     CATALOGUE[name] for name in ("load-cell-spring", "oil-compressibility", "viscous-friction")
@@ -19,18 +45,8 @@ MEMORY: Effects = (*FIXED_ROOT, CATALOGUE["frequency-dependent-friction"])
 ROD_SIDE: Effects = (*FIXED_ROOT, RodSideChamber)
 
 
-def _quantity(
-    label: str, symbol: str, unit: str, known: AbstractPrior, wide: AbstractPrior
-) -> Quantity:
-    return Quantity(label, symbol, unit, {"catalogue": known, "indifferent": wide})
-
-
-def _mu(known: AbstractPrior, low: float, high: float) -> Quantity:
-    return _quantity("mu", r"\mu", "N s/m", known, alike(low, high))
-
-
-def _law(described: PriorDescription) -> AbstractPrior:
-    return make_prior(described.law, described.arguments, "catalogue")
+def _mu(known: PriorDescription, low: float, high: float) -> Quantity:
+    return quantity("mu", r"\mu", "N s/m", known, loguniform(low, high))
 
 
 def _of_effect(name: str, ranges: tuple[tuple[float, float], ...]) -> tuple[Quantity, ...]:
@@ -38,7 +54,7 @@ def _of_effect(name: str, ranges: tuple[tuple[float, float], ...]) -> tuple[Quan
     out, left = [], list(ranges)
     for info in CATALOGUE[name].parameters():
         for label, prior in zip(info.labels, info.priors, strict=True):
-            out.append(_quantity(label, info.symbol, info.unit, _law(prior), alike(*left.pop(0))))
+            out.append(quantity(label, info.symbol, info.unit, prior, loguniform(*left.pop(0))))
     return tuple(out)
 
 
@@ -70,7 +86,7 @@ def pitch(story: Story, values: Values) -> Response:
     return superposed(parts, levers, [(1.0, 1.0), (1.0, -1.0)])
 
 
-_ANY_MU = _mu(_law(CATALOGUE["viscous-friction"].parameters()[0].priors[0]), 1e2, 1e7)
+_ANY_MU = _mu(CATALOGUE["viscous-friction"].parameters()[0].priors[0], 1e2, 1e7)
 _FREE_RELEASE = "a release with the root plate clamped (or an accelerometer on it)"
 
 STORIES: tuple[Story, ...] = (
@@ -83,7 +99,7 @@ STORIES: tuple[Story, ...] = (
     ),
     Story(
         "small", "Constant μ, small: about eq. (17)", FIXED_ROOT,
-        (_mu(alike(1.2e3, 1.1e4), 1e2, 4e4),),  # eq. (17) within a factor of three
+        (_mu(loguniform(1.2e3, 1.1e4), 1e2, 4e4),),  # eq. (17) within a factor of three
         "the root of eq. (14) near that without friction is what Fig. 8 shows",
         "the period itself: 13.6 ms or 10 ms is 22 samples or 16 of Fig. 8",
         plain, _constant,
@@ -96,7 +112,7 @@ STORIES: tuple[Story, ...] = (
     ),
     Story(
         "locked", "Plunger locked by friction", FIXED_ROOT,
-        (_mu(alike(0.9e6, 6.7e6), 4e5, 1e7),),  # from 1/1.5 of mu_A to 1.5 mu_B of eq. (18)
+        (_mu(loguniform(0.9e6, 6.7e6), 4e5, 1e7),),  # from 1/1.5 of mu_A to 1.5 mu_B of eq. (18)
         "the μ of eq. (18) holds in the release as well; something else ends the motion in 40 ms",
         "the stroke sensor during the release: a locked plunger does not move",
         plain, _constant,
@@ -112,8 +128,8 @@ STORIES: tuple[Story, ...] = (
         "pitch", "Plate pitches", FIXED_ROOT,
         (
             _ANY_MU,
-            _quantity("pitch_ratio", r"(\rho/d)^2", "1", lognormal(0.5, 1.6), alike(0.1, 2.0)),
-            _quantity("pitch_lever", "e/d", "1", uniform(0.5, 2.0), uniform(0.0, 3.0)),
+            quantity("pitch_ratio", r"(\rho/d)^2", "1", lognormal(0.5, 1.6), loguniform(0.1, 2.0)),
+            quantity("pitch_lever", "e/d", "1", uniform(0.5, 2.0), uniform(0.0, 3.0)),
         ),
         "only the top cylinder is loaded, both are alike and shut, and the lower one, out of load, "
         "can pull on its oil",
@@ -138,7 +154,7 @@ STORIES: tuple[Story, ...] = (
         "rod", "Rod-side chamber shut in", ROD_SIDE,
         (
             _ANY_MU,
-            _quantity("L_rod", r"L_\mathrm{rod}", "m", lognormal(0.2, 1.5), alike(0.02, 0.37)),
+            quantity("L_rod", r"L_\mathrm{rod}", "m", lognormal(0.2, 1.5), loguniform(0.02, 0.37)),
         ),
         "the second hose is shut as well, and its oil is free of air",
         "a release with the rod-side hose open to the tank",
@@ -148,8 +164,8 @@ STORIES: tuple[Story, ...] = (
         "toe", "Another k_LC at 6 kN", FIXED_ROOT,
         (
             _ANY_MU,
-            _quantity(
-                "toe_ratio", r"k_6/k_\mathrm{LC}", "1", lognormal(1.0, 2.0), alike(0.1, 10.0)
+            quantity(
+                "toe_ratio", r"k_6/k_\mathrm{LC}", "1", lognormal(1.0, 2.0), loguniform(0.1, 10.0)
             ),
         ),
         "the 1 mm toe of Fig. 6 is in the load-cell end; its stiffness at 0.1 mm was not measured",

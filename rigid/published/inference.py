@@ -6,29 +6,24 @@ import numpy as np
 from jaxtyping import Float
 from scipy.special import logsumexp
 
+from rigid.effects.declare import lognormal, normal, uniform
 from rigid.published import quantities as q
 from rigid.published.catalogue import CAUSES
 from rigid.published.evidence import Evidence, Points, adapted, evidence
 from rigid.published.printed import BLUNDER, log_probability
 from rigid.published.quantities import Values
 from rigid.published.running import log_density
-from rigid.published.story import PRIOR_SETS, Quantity, Story, lognormal, normal, uniform
+from rigid.published.story import Quantity, Story, quantity
 from rigid.spec import Spec
 
 BLOCK = 2048
 """Points of one compiled program."""
 
 NUISANCES = (
-    Quantity("k_LC", r"k_\mathrm{LC}", "N/m", {
-        "catalogue": lognormal(6e7, 2.0), "indifferent": lognormal(6e7, 4.0),
-    }),
-    Quantity("visible_share", r"\theta", "1", {
-        "catalogue": lognormal(0.05, 1.6), "indifferent": lognormal(0.05, 1.6),
-    }),
-    Quantity("first_peak", "h", "1", {
-        "catalogue": uniform(0.0, 1.0), "indifferent": uniform(0.0, 1.0),
-    }),
-)  # fmt: skip
+    quantity("k_LC", r"k_\mathrm{LC}", "N/m", lognormal(6e7, 2.0), lognormal(6e7, 4.0)),
+    quantity("visible_share", r"\theta", "1", *[lognormal(0.05, 1.6)] * 2),
+    quantity("first_peak", "h", "1", *[uniform(0.0, 1.0)] * 2),
+)
 """Open in every story: k_LC; below which share of its peak an oscillation is seen no more; and how
 much of a period the peak of the hook itself (HR of Fig. 8) adds to the duration."""
 
@@ -131,7 +126,7 @@ class Weighed:
 def open_quantities(story: Story, spec: Spec) -> tuple[Quantity, ...]:
     """All that a story leaves open: its own, the nuisances, and the constants of the rig."""
     known = [
-        Quantity(name, symbol, unit, dict.fromkeys(PRIOR_SETS, normal(k.value, k.sd)))
+        quantity(name, symbol, unit, *[normal(k.value, k.sd)] * 2)
         for name, symbol, unit in CONSTANTS
         for k in (spec.rig.known[name],)
     ]

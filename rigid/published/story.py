@@ -5,31 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rigid.effects.declare import PriorDescription
 from rigid.likelihood.priors import AbstractPrior, make_prior
 from rigid.published.quantities import Effects, Response, Values, response
 
 PRIOR_SETS = ("catalogue", "indifferent")
 """The two stated priors: the laws of the catalogue and of the paper; all orders alike."""
-
-
-def lognormal(median: float, factor: float) -> AbstractPrior:
-    """Median and factor of one standard deviation."""
-    return make_prior("lognormal", {"median": median, "factor": factor}, "stories")
-
-
-def normal(mean: float, sd: float) -> AbstractPrior:
-    """Mean and standard deviation."""
-    return make_prior("normal", {"mean": mean, "sd": sd}, "stories")
-
-
-def alike(low: float, high: float) -> AbstractPrior:
-    """All orders of magnitude between the two alike."""
-    return make_prior("loguniform", {"low": low, "high": high}, "stories")
-
-
-def uniform(low: float, high: float) -> AbstractPrior:
-    """All values between the two alike."""
-    return make_prior("uniform", {"low": low, "high": high}, "stories")
 
 
 @dataclass(frozen=True)
@@ -43,6 +24,14 @@ class Quantity:
     symbol: str
     unit: str
     laws: Mapping[str, AbstractPrior]
+
+
+def quantity(
+    label: str, symbol: str, unit: str, known: PriorDescription, wide: PriorDescription
+) -> Quantity:
+    """A number with what the catalogue knows of it, and with the wide prior."""
+    made = [make_prior(one.law, one.arguments, label) for one in (known, wide)]
+    return Quantity(label, symbol, unit, dict(zip(PRIOR_SETS, made, strict=True)))
 
 
 @dataclass(frozen=True)

@@ -72,16 +72,15 @@ def stretches(time: np.ndarray, valve: tuple[Stretch, ...]) -> tuple[np.ndarray,
     return number, is_open[number]
 
 
-def clock(time: np.ndarray, rows: np.ndarray) -> list[Defect]:
-    """Return the defects that keep `time`, (n,) s, from increasing: `nan`, `time-not-increasing`.
+def clock(time: np.ndarray, rows: np.ndarray) -> Iterator[Defect]:
+    """Yield the defects that keep `time`, (n,) s, from increasing: `nan`, `time-not-increasing`.
 
     The samples they concern are dropped when they are accepted.
     """
-    found = []
     lost = ~np.isfinite(time)
     if lost.any():
         says = f"no time in {at_lines(rows, np.flatnonzero(lost))}; remove the lines"
-        found.append(Defect("nan", "time", says, lost))
+        yield Defect("nan", "time", says, lost)
     known = np.where(lost, -np.inf, time)
     before = np.concatenate([[-np.inf], np.maximum.accumulate(known)[:-1]])
     back = ~lost & (time <= before)
@@ -91,25 +90,23 @@ def clock(time: np.ndarray, rows: np.ndarray) -> list[Defect]:
             f"{at_lines(rows, np.flatnonzero(back))}: the time does not increase, {time[k]:.6g} s "
             f"after {before[k]:.6g} s; remove repeated or mixed rows, or choose rows of one run"
         )
-        found.append(Defect("time-not-increasing", "time", says, back))
-    return found
+        yield Defect("time-not-increasing", "time", says, back)
 
 
-def sampling(run: CheckInput) -> list[Defect]:
-    """Return the defects of an increasing clock: `too-short`, `unit`, `gap`."""
+def sampling(run: CheckInput) -> Iterator[Defect]:
+    """Yield the defects of an increasing clock: `too-short`, `unit`, `gap`."""
     time, rows, unit = run.time, run.rows, run.units["time"]
     everywhere = np.ones(len(time), dtype=bool)
-    found = []
     if len(time) < FEWEST:
         says = f"{len(time)} samples where at least {FEWEST} are needed; record for longer"
-        found.append(Defect("too-short", "time", says, everywhere))
+        yield Defect("too-short", "time", says, everywhere)
     if len(time) < 2:
-        return found
+        return
     steps = np.diff(time)
     interval = float(np.median(steps))
     says = contradiction(run.stated.get("time", ""), unit) or implausible_interval(interval, unit)
     if says:
-        found.append(Defect("unit", "time", says, everywhere))
+        yield Defect("unit", "time", says, everywhere)
     longest = GAP * interval if run.longest_step is None else run.longest_step
     wide = np.concatenate([[False], steps > longest])
     if wide.any():
@@ -118,49 +115,39 @@ def sampling(run: CheckInput) -> list[Defect]:
             f"{at_lines(rows, np.flatnonzero(wide))}: samples are missing, the time steps by "
             f"{steps[k - 1]:.4g} s where {interval:.4g} s is usual; record again or cut the record"
         )
-        found.append(Defect("gap", "time", says, wide))
-    return found
+        yield Defect("gap", "time", says, wide)
 
 
-def channels(run: CheckInput, sensors: Sheets) -> list[Defect]:
-    """Return the defects of all channels: `nan`, `saturated`, `unit`, `stuck`."""
-    found = []
+def channels(run: CheckInput, sensors: Sheets) -> Iterator[Defect]:
+    """Yield the defects of all channels: `nan`, `saturated`, `unit`, `stuck`."""
     for quantity in run.values:
-        found += lost(run, quantity)
-        found += unit(run, quantity, sensors[quantity])
-        found += saturated(run, quantity, sensors[quantity])
-        found += list(dead(run, quantity, sensors[quantity])) or list(
-            frozen(run, quantity, sensors)
-        )
-    return found
+        yield from lost(run, quantity)
+        yield from unit(run, quantity, sensors[quantity])
+        yield from saturated(run, quantity, sensors[quantity])
+        yield from list(dead(run, quantity, sensors[quantity])) or frozen(run, quantity, sensors)
 
 
-def lost(run: CheckInput, quantity: str) -> list[Defect]:
-    """Return the defect of samples without a number."""
+def lost(run: CheckInput, quantity: str) -> Iterator[Defect]:
+    """Yield the defect of samples without a number."""
     bad = ~np.isfinite(run.values[quantity])
-    if not bad.any():
-        return []
-    says = (
-        f"{at_lines(run.rows, np.flatnonzero(bad))}: no number was recorded; "
-        "look at the sensor and its cable"
-    )
-    return [Defect("nan", quantity, says, bad)]
+    if bad.any():
+        where = at_lines(run.rows, np.flatnonzero(bad))
+        says = f"{where}: no number was recorded; look at the sensor and its cable"
+        yield Defect("nan", quantity, says, bad)
 
 
-def unit(run: CheckInput, quantity: str, sensor: SensorSpec) -> list[Defect]:
-    """Return the defect of a unit that the file contradicts, or that makes values implausible."""
+def unit(run: CheckInput, quantity: str, sensor: SensorSpec) -> Iterator[Defect]:
+    """Yield the defect of a unit that the file contradicts, or that makes values implausible."""
     values, given = run.values[quantity], run.units[quantity]
     says = contradiction(run.stated.get(quantity, ""), given)
-    if not says:
-        says = implausible(run.kind, quantity, values, given, sensor)
-        if not says:
-            return []
-        says = f"line {run.rows[int(np.nanargmax(np.abs(values)))]}: {says}"
-    return [Defect("unit", quantity, says, np.ones(len(values), dtype=bool))]
+    if not says and (doubt := implausible(run.kind, quantity, values, given, sensor)):
+        says = f"line {run.rows[int(np.nanargmax(np.abs(values)))]}: {doubt}"
+    if says:
+        yield Defect("unit", quantity, says, np.ones(len(values), dtype=bool))
 
 
-def saturated(run: CheckInput, quantity: str, sensor: SensorSpec) -> list[Defect]:
-    """Return the defect of successive samples at the end of the sensor's range.
+def saturated(run: CheckInput, quantity: str, sensor: SensorSpec) -> Iterator[Defect]:
+    """Yield the defect of successive samples at the end of the sensor's range.
 
     A lower end of zero or more is no rail: gauges and strokes rest there. Nor do runs count that
     the noise of a reading near the end makes by chance.
@@ -175,14 +162,14 @@ def saturated(run: CheckInput, quantity: str, sensor: SensorSpec) -> list[Defect
             if last - first + 1 >= _fewest_at_end(values, slice(first, last + 1), end, sensor):
                 bad[first : last + 1] = True
     if not bad.any():
-        return []
+        return
     firsts, lasts = runs(bad)
     k, count = int(firsts[0]), int(bad.sum())
     says = (
         f"lines {run.rows[k]} to {run.rows[lasts[0]]}, {count} samples in all: the sensor is at "
         f"the end of its range, {values[k]:.4g}; use a sensor of wider range"
     )
-    return [Defect("saturated", quantity, says, bad)]
+    yield Defect("saturated", quantity, says, bad)
 
 
 def _fewest_at_end(values: np.ndarray, stretch: slice, end: float, sensor: SensorSpec) -> float:

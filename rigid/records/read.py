@@ -98,7 +98,7 @@ def read_record(
     stated = {q: source.table.units.get(name, "") for q, name in raw.names.items()}
     run = _as_checked(spec, raw, stated, corner)
     notes += tuple(misnamed(raw.names, run.units))
-    defects = causes(checks.sampling(run) + checks.channels(run, sensors), spec.accept)
+    defects = causes((*checks.sampling(run), *checks.channels(run, sensors)), spec.accept)
     notes += settle(where, defects, spec.accept)
     return Record(
         name=spec.name,
@@ -249,7 +249,7 @@ def _si(table: Table, name: str, quantity: str, channel: ChannelSpec, where: str
 
 def _on_clock(spec: RecordSpec, raw: Raw, where: str) -> tuple[Raw, tuple[str, ...]]:
     """Return the samples whose time increases, and notes of the accepted defects."""
-    defects = checks.clock(raw.columns[TIME], raw.rows)
+    defects = list(checks.clock(raw.columns[TIME], raw.rows))
     notes = settle(where, defects, spec.accept)
     for defect in defects:
         notes += (f"{int(defect.samples.sum())} samples without increasing time were dropped",)

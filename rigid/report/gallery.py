@@ -8,7 +8,7 @@ at the end of the section.
 
 import importlib
 import pkgutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import zip_longest
 from pathlib import Path
 from types import ModuleType
@@ -39,27 +39,24 @@ class Gallery:
 
     def at(self, place: str) -> list[Illustration]:
         """Take the figures of a place."""
-        taken = [one for where, one in self._left if where == place]
-        self._left = [(where, one) for where, one in self._left if where != place]
-        return taken
+        return self._take(lambda where, _: where == place)
 
     def numbered(self, place: str, number: int) -> list[Illustration]:
         """Take the figures of a place whose names end in `-NUMBER`: one step of several."""
-        mine = [
-            one for where, one in self._left if where == place and one.key.endswith(f"-{number}")
-        ]
-        self._left = [(where, one) for where, one in self._left if one not in mine]
-        return mine
+        return self._take(lambda where, key: where == place and key.endswith(f"-{number}"))
 
-    def named(self, key: str) -> list[Illustration]:
+    def named(self, asked: str) -> list[Illustration]:
         """Take one figure by its id; none where there is no such figure."""
-        taken = [one for _, one in self._left if one.key == key]
-        self._left = [(where, one) for where, one in self._left if one.key != key]
-        return taken
+        return self._take(lambda _, key: key == asked)
 
     def rest(self) -> list[Illustration]:
         """Take what no place was found for."""
-        taken, self._left = [one for _, one in self._left], []
+        return self._take(lambda *_: True)
+
+    def _take(self, wanted: Callable[[str, str], bool]) -> list[Illustration]:
+        """Take the figures whose place and id are wanted."""
+        taken = [one for where, one in self._left if wanted(where, one.key)]
+        self._left = [(where, one) for where, one in self._left if not wanted(where, one.key)]
         return taken
 
 

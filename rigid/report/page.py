@@ -5,8 +5,8 @@ rest is HTML. A command writes its own section and no other.
 """
 
 import json
-from dataclasses import dataclass
-from html.parser import HTMLParser
+import re
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from markupsafe import Markup
@@ -16,6 +16,7 @@ from rigid.report.templating import FOLDER, environment
 
 _SCHEMA = 1
 _OPENING, _CLOSING = "<!-- rigid-section ", " -->"
+_HEADING = re.compile(r'<h3\b[^>]*\bid="([^"]+)"[^>]*>(.*?)</h3>', re.DOTALL)
 
 
 @dataclass(frozen=True)
@@ -44,17 +45,11 @@ def write_section(folder: Path, section: Section) -> Path:
     sections = folder / "sections"
     sections.mkdir(parents=True, exist_ok=True)
     path = sections / f"{section.order:02d}-{section.name}.html"
-    head = {
-        "schema": _SCHEMA,
-        "name": section.name,
-        "order": section.order,
-        "title": section.title,
-        "subject": section.subject,
-        "simulated": section.simulated,
-    }
+    head = {"schema": _SCHEMA} | asdict(section)
+    html = head.pop("html")
     # In JSON only strings hold these; escaped, no title can end the comment.
     text = json.dumps(head).replace("-", "\\u002d").replace(">", "\\u003e")
-    write_text(path, f"{_OPENING}{text}{_CLOSING}\n{section.html}")
+    write_text(path, f"{_OPENING}{text}{_CLOSING}\n{html}")
     for older in sections.glob(f"[0-9][0-9]-{section.name}.html"):
         if older != path:
             older.unlink()
@@ -99,30 +94,6 @@ def rebuild(folder: Path) -> Path:
     return folder / "index.html"
 
 
-class _Headings(HTMLParser):
-    """Collects (id, text) of every h3 with an id."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.found: list[tuple[str, str]] = []
-        self._open = ""
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        if tag == "h3" and (anchor := dict(attrs).get("id")):
-            self._open = anchor
-            self.found.append((anchor, ""))
-
-    def handle_endtag(self, tag: str) -> None:
-        if tag == "h3":
-            self._open = ""
-
-    def handle_data(self, data: str) -> None:
-        if self._open:
-            anchor, text = self.found[-1]
-            self.found[-1] = (anchor, text + data)
-
-
 def _headings(html: str) -> list[tuple[str, str]]:
-    parser = _Headings()
-    parser.feed(html)
-    return parser.found
+    """(id, text) of every h3 with an id."""
+    return [(anchor, Markup(text).striptags()) for anchor, text in _HEADING.findall(html)]

@@ -51,6 +51,12 @@ def published(label: str, ours: bool) -> tuple[Published, ...]:
     return BY_LABEL.get(label, ()) if ours else ()
 
 
+def printed(label: str, ours: bool = True) -> float | None:
+    """The first value that the paper prints of a parameter, as the tables have it."""
+    found = published(label, ours)
+    return found[0].value if found else None
+
+
 def published_frictions(ours: bool) -> tuple[tuple[float | None, Published], ...]:
     """What the paper says of mu, with frequencies."""
     return FRICTION if ours else ()

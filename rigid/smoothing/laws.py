@@ -221,7 +221,7 @@ def draws(law: RigModel, field: Field) -> DrawBatch:
     """
     later = {n: np.array([v]) for n, v in LATER.items()}
     seen = Scoped(later | dict(law.values), (field.kind, field.cylinder, field.label))
-    names = [*CORE, *LATER, *(n for e in law.effects for p in e.parameters() for n in p.labels)]
+    names = [*CORE, *LATER, *(n for e in law.effects for n in e.labels())]
     for name in names:
         if name not in seen:
             known = law.labels.get(name, ())

@@ -331,3 +331,13 @@ class Spec(SpecBody):
     path: Path
     text: str
     why_solver: str = ""
+
+
+def schema() -> dict[str, Any]:
+    """Return the JSON Schema of a spec's file, for editors: made from what the values declare."""
+    made = SpecBody.model_json_schema()
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **made,
+        "title": "Spec of rigid",
+    }

@@ -9,13 +9,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rigid.io.cli import Options
-from rigid.io.progress import painted, say, times
+from rigid.io.progress import WRITE, painted, say, stage, times
 
 if TYPE_CHECKING:
+    from rigid.study.compare import Comparison
+    from rigid.study.paper import Paper
     from rigid.study.result import CommandResult
 
 
-def ask(options: Options, question: "Callable[..., CommandResult]") -> int:
+def ask(question: "Callable[..., CommandResult]", options: Options) -> int:
     """Put a question to the study of the spec that the options name, and tell the result.
 
     - `question`: takes the study, the folder of the files, `seed`, `resume` and `quiet`.
@@ -33,6 +35,14 @@ def ask(options: Options, question: "Callable[..., CommandResult]") -> int:
     how = {"seed": options.seed, "resume": options.resume, "quiet": options.quiet}
     folder = options.folder(spec.path)
     return tell(options, folder, question(Study(spec), folder, **how))
+
+
+def write_and_tell(options: Options, named: Path, found: "Comparison | Paper") -> int:
+    """Write the files of a result to the folder of what is `named`, and tell it."""
+    folder = options.folder(named)
+    with stage(options.quiet, WRITE):
+        found.write(folder)
+    return tell(options, folder, found)
 
 
 def tell(options: Options, folder: Path, found: "CommandResult") -> int:

@@ -8,7 +8,6 @@ from typing import Any
 
 import pandas as pd
 
-from rigid.inference.summary import Check
 from rigid.io.files import locked
 from rigid.report.compare import output
 from rigid.report.compare.content import KIND, Compared, compared, content
@@ -27,11 +26,6 @@ class Comparison(CommandResult):
     def result(self) -> Mapping[str, Any]:
         """All of compare.json."""
         return output.as_dict(self.compared)
-
-    @property
-    def checks(self) -> tuple[Check, ...]:
-        """A check for each run."""
-        return self.compared.checks
 
     def moved(self) -> pd.DataFrame:
         """A row for each number and run: before, after, by how many standard deviations."""

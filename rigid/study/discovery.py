@@ -112,7 +112,7 @@ class Discovery(CommandResult, Generic[Opened]):
         checks += [] if self.solver is None else [self.solver.check]
         return told | {
             "usable": all(one.ok for one in checks),
-            "checks": [{"name": c.name, "ok": bool(c.ok), "says": c.says} for c in checks],
+            "checks": [one.values() for one in checks],
             "disagreements": compared.told(self._compared),
             "solver": solver,
         }
@@ -121,20 +121,19 @@ class Discovery(CommandResult, Generic[Opened]):
         """What the command prints."""
         return table(dict(self.result))
 
-    def write(self) -> None:
-        """Write discovery.json, the spec with what was found, and the report to the folder."""
-        assert self.folder is not None  # whoever writes has named one
+    def write(self, folder: Path) -> None:
+        """Write discovery.json, the spec with what was found, and the report."""
         if self._extends:
-            text = output.extended_spec(self._spec, self.outcome, self.folder)
-            write_text(self.folder / output.SPEC_NAME, text)
-        write_text(self.folder / "discovery.json", self.json())
+            text = output.extended_spec(self._spec, self.outcome, folder)
+            write_text(folder / output.SPEC_NAME, text)
+        write_text(folder / "discovery.json", self.json())
         provenance = made(
             self._spec,
             self.seed,
             [(r.path.name, r.sha256) for r in self.question.records],
         )
         this = Context(provenance, self.question.notes, self._compared, self.checks)
-        write_report(KIND, content(self._spec, self.outcome, dict(self.result), this), self.folder)
+        write_report(KIND, content(self._spec, self.outcome, dict(self.result), this), folder)
 
     @property
     def _spec(self) -> Spec:
@@ -162,7 +161,7 @@ def candidates(spec: Spec, problem: Problem) -> tuple[type[AbstractEffect], ...]
         for effect in listed
         if effect not in problem.effects
         and any(effect.acts_in(kind) for kind in kinds)
-        and any(info.absent is not None for info in effect.parameters())
+        and effect.may_lack()
         and not taken & {info.name for info in effect.parameters()}
     )
 

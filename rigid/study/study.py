@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, TypeVar
 
 import jax
 import xarray as xr
@@ -19,6 +19,7 @@ from rigid.friction.models import without_friction
 from rigid.inference.calibrate import calibrate
 from rigid.inference.search import Found
 from rigid.inference.solver_choice import left_open, with_solver
+from rigid.inference.summary import write_result_json
 from rigid.io.cli import Options
 from rigid.io.errors import InputError, together
 from rigid.io.files import locked
@@ -41,6 +42,8 @@ from rigid.study.laws import Laws, compare_laws
 from rigid.study.simulation import Readings, simulate
 from rigid.study.validation import Replicates, Validation, validate
 from rigid.validation.campaign import Base
+
+Result = TypeVar("Result", Discovery, Laws, Validation)
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,12 +215,9 @@ class Study:
     ) -> "Discovery[Study]":
         """Find where model and records disagree, name the missing effect and add it."""
         options, asked = self._options(out, seed, resume, quiet), self.question
-        with self._running("discover"), _held(out):
-            found = answer(asked, self._seed(seed), options, Study)
-            if out is not None:
-                with stage(quiet, WRITE):
-                    found.write()
-        return found
+        return self._written(
+            "discover", options, lambda: answer(asked, self._seed(seed), options, Study)
+        )
 
     def laws(
         self,
@@ -230,12 +230,8 @@ class Study:
         """Compare the friction models."""
         options = self._options(out, seed, resume, quiet)
         problem = assemble(without_friction(self.solved), self.records)
-        with self._running("laws"), _held(out):
-            found = compare_laws(self.solved, self.records, problem, self._seed(seed), options)
-            if out is not None:
-                with stage(quiet, WRITE):
-                    found.write(Path(out))
-        return found
+        asked = self.solved, self.records, problem, self._seed(seed), options
+        return self._written("laws", options, lambda: compare_laws(*asked))
 
     def validate(
         self,
@@ -258,12 +254,8 @@ class Study:
             raise InputError(f"{self.spec.path}: has [published] numbers and no records to draw")
         options = replace(self._options(out, seed, resume, quiet), workers=workers)
         base = Base(self.solved, self.records, self.problem)
-        with self._running("validate"), _held(out):
-            found = validate(base, asked or Replicates(), self._seed(seed), options)
-            if out is not None:
-                with stage(quiet, WRITE):
-                    found.write(Path(out))
-        return found
+        given = base, asked or Replicates(), self._seed(seed), options
+        return self._written("validate", options, lambda: validate(*given))
 
     def check(self) -> Checked:
         """Return what a fit would do: records, parameters with their priors, sampler.
@@ -274,6 +266,16 @@ class Study:
         if not fitted:
             return Checked(self.spec, (), None)
         return Checked(self.solved, self.records, self.problem)
+
+    def _written(self, method: str, options: Options, find: Callable[[], Result]) -> Result:
+        """Return what a method finds, its files written where the options name a folder."""
+        held = contextlib.nullcontext() if options.out is None else locked(options.out)
+        with self._running(method), held:
+            found = find()
+            if options.out is not None:
+                with stage(options.quiet, WRITE):
+                    found.write(options.out)
+        return found
 
     def _running(self, method: str) -> contextlib.AbstractContextManager[None]:
         """Say for the report which method was called, unless a command says what it is."""
@@ -289,7 +291,7 @@ class Study:
             first = preliminary.preliminary(self.spec, found, self._seed(options.seed), began)
             say(options.quiet, preliminary.table(first))
             if options.out is not None:
-                preliminary.write(options.out, first)
+                write_result_json(options.out / "result.json", first)
             doubt = preliminary.doubt(self.spec, found, self._seed(options.seed))
             if doubt is not None:
                 say(options.quiet, doubt)
@@ -301,11 +303,6 @@ class Study:
     ) -> Options:
         where = None if out is None else Path(out)
         return Options(str(self.spec.path), where, seed, resume, quiet, as_json=False)
-
-
-def _held(out: Path | str | None) -> contextlib.AbstractContextManager[None]:
-    """Hold a folder, where there is one."""
-    return contextlib.nullcontext() if out is None else locked(out)
 
 
 @contextlib.contextmanager

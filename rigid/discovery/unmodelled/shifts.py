@@ -92,12 +92,7 @@ def constants(
     parameters: Sequence[Parameter], effects: Sequence[type[AbstractEffect]]
 ) -> dict[int, Shift]:
     """Numbers of a fit that are held equal in all records, by their place."""
-    equations = EQUATIONS | {
-        label: effect.equation
-        for effect in effects
-        for info in effect.parameters()
-        for label in info.labels
-    }
+    equations = EQUATIONS | {label: one.equation for one in effects for label in one.labels()}
     return {
         i: Shift(one.label, equations.get(one.label, PLUNGER))
         for i, one in enumerate(parameters)

@@ -124,7 +124,9 @@ def _waving(local: LocalFit, quantity: str) -> Bumps | None:
     strength = math.sqrt(float(power[best]))
     share = math.log(min(WIDTH / max(strength, 1.0), 1.0) / tried)
     target = Wave(WAVING[quantity], float(1.0 / numbers[best]), log_share=share, tried=tried)
-    unit = reads(local)[rows] / (_area(local) if quantity == "pressure" else 1.0)
+    # A gauge reads F/S of a force that changes slowly beside the oil.
+    area = local.hypothesis.every(local.w)["S_Pl"] if quantity == "pressure" else 1.0
+    unit = reads(local)[rows] / area
     phase = 2.0 * np.pi * numbers[best] * stroke
     columns = np.zeros((len(local.residual), 2 * len(sensors)))
     for i, sensor in enumerate(sensors):
@@ -132,13 +134,6 @@ def _waving(local: LocalFit, quantity: str) -> Bumps | None:
         columns[rows[mine], 2 * i] = (unit * np.cos(phase))[mine]
         columns[rows[mine], 2 * i + 1] = (unit * np.sin(phase))[mine]
     return Bumps(columns, (target,) * columns.shape[1], np.repeat(sensors, 2).astype(float))
-
-
-def _area(local: LocalFit) -> float:
-    """The plunger's area [m^2]: a gauge reads F/S of a force that changes slowly beside the oil."""
-    hypothesis = local.hypothesis
-    sampled = {label: value for label, (value, _) in hypothesis.values(local.w).items()}
-    return (hypothesis.constants() | sampled)["S_Pl"]
 
 
 def _over_stroke(local: LocalFit, channel: ChannelKey) -> tuple[np.ndarray, np.ndarray] | None:

@@ -19,7 +19,7 @@ from rigid.physics.rig import FREE, Rig, Surroundings, build_rig
 from rigid.physics.sensors import readings
 from rigid.physics.step_matrices import jacobian
 from rigid.published.walk.claims import free_run
-from rigid.published.walk.constants import Constants, Values, nominal, two_masses
+from rigid.published.walk.constants import Constants, Values, nominal, section, two_masses
 from rigid.published.walk.items import Explanation, Item
 from rigid.published.walk.numbers import Numbers
 
@@ -164,15 +164,13 @@ def _printed_root(p: Place) -> float:
 def _frame(p: Place) -> float:
     """Displacement of the plunger in the frame by (15) [m]."""
     n = p.numbers
-    area = (n["beam_width"].si + 2 * n["beam_height"].si) * n["beam_thickness"].si
-    return n["frame_load"].si * n["frame_length"].si / (2 * n["young_modulus"].si * area)
+    return n["frame_load"].si * n["frame_length"].si / (2 * n["young_modulus"].si * section(n))
 
 
 def _k_lc(p: Place) -> float:
     """(16) as printed."""
     n = p.numbers
-    area = (n["beam_width"].si + 2 * n["beam_height"].si) * n["beam_thickness"].si
-    twice, load = 2 * n["young_modulus"].si * area, n["frame_load"].si
+    twice, load = 2 * n["young_modulus"].si * section(n), n["frame_load"].si
     return twice * load / (twice * n["frame_stroke"].si - n["frame_length"].si * load)
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from rigid.inference.reference_check import SolverCheck
+from rigid.inference.summary import Check
 from rigid.io.files import replacing
 from rigid.smoothing.budget import FIGURES, PARTS, Line
 from rigid.smoothing.finished import Finished
@@ -55,8 +56,8 @@ def _write(path: Path, head: Sequence[str], table: tuple[np.ndarray, list[np.nda
                 file.write(f"{t:.4f}," + ",".join(f"{v:.6g}" for v in row) + "\n")
 
 
-def checks(all_found: Iterable[Finished], laws: Iterable[RigModel]) -> list[tuple[str, bool, str]]:
-    """What must hold for the bands to be used: name, whether it does, what was found."""
+def checks(all_found: Iterable[Finished], laws: Iterable[RigModel]) -> list[Check]:
+    """What must hold for the bands to be used."""
     gaps = {place: gap for found in all_found for place, gap in found.gaps.items()}
     at = max(gaps, key=gaps.__getitem__)
     worst = gaps[at]
@@ -68,9 +69,9 @@ def checks(all_found: Iterable[Finished], laws: Iterable[RigModel]) -> list[tupl
     told = "the calibration that the bands rest on may be used"
     if failed:
         told = f"the calibration must not be used as it stands ({' | '.join(failed)})"
-    found = [("posterior", not failed, told), ("residuals", worst <= MOST_GAP, said)]
+    found = [Check("posterior", not failed, told), Check("residuals", worst <= MOST_GAP, said)]
     solver = worst_of(all_found)
-    return found if solver is None else [*found, ("solver", solver.ok, solver.says)]
+    return found if solver is None else [*found, solver.check]
 
 
 def worst_of(all_found: Iterable[Finished]) -> SolverCheck | None:
@@ -96,8 +97,8 @@ def as_dict(
         "schema": SCHEMA,
         "spec": spec_name,
         "simulated": simulated,
-        "usable": all(ok for _, ok, _ in listed),
-        "checks": [{"name": n, "ok": bool(ok), "says": says} for n, ok, says in listed],
+        "usable": all(one.ok for one in listed),
+        "checks": [one.values() for one in listed],
         "records": {found.name: _record(found) for found in all_found},
         "solver": None if solver is None else solver.values(),
         "seed": seed,

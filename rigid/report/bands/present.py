@@ -11,8 +11,7 @@ from rigid.report import made as provenance
 from rigid.report import wording
 from rigid.report.bands import figures
 from rigid.report.bands.output import unit
-from rigid.report.bands.section import KIND, BandsContent, FieldContent
-from rigid.report.bands.shown import Banded, FieldShown
+from rigid.report.bands.section import KIND, Banded, BandsContent, FieldContent, FieldShown
 from rigid.report.content import BAD, GOOD, Answer, Check, Front
 from rigid.report.gallery import hang
 from rigid.smoothing.budget import PARTS, Line

@@ -1,12 +1,79 @@
 """The section on bands: what it is on the page, and its content."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from jaxtyping import Float
+from matplotlib.colors import to_rgb
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from rigid.plots.banded import quantile_columns
+from rigid.plots.style import BLUE, GREY, INK, VERMILION
 from rigid.report.content import Content
 from rigid.report.section import Kind
 from rigid.smoothing.budget import Line
 
 KIND = Kind("bands", 20, "Ice load and displacement", "bands.html.j2")
+
+COLOURS = (BLUE, VERMILION, INK)
+"""Of the cylinders and their sum."""
+
+
+@dataclass(frozen=True, eq=False)
+class Banded:
+    """A quantity of one place: 5, 25, 50, 75 and 95 % quantiles [unit]."""
+
+    place: str
+    unit: str
+    quantiles: Float[np.ndarray, "5 n"]
+
+
+@dataclass(frozen=True, eq=False)
+class FieldShown:
+    """A field test.
+
+    - time [s]; loads, displacements, kappas: by place, the total last
+    - readings: (place, time [s], load cell [N]) of each cylinder
+    - parts: (name, sd of the load [N]) of what the band of the last load is made of
+    - falls: instants [s] of falls of the load, the greatest first; turns: of the valve
+    """
+
+    record: str
+    time: Float[np.ndarray, " n"]
+    loads: tuple[Banded, ...]
+    displacements: tuple[Banded, ...]
+    kappas: tuple[Banded, ...]
+    readings: tuple[tuple[str, np.ndarray, np.ndarray], ...]
+    parts: tuple[tuple[str, Float[np.ndarray, " n"]], ...]
+    falls: tuple[float, ...] = ()
+    turns: tuple[tuple[str, float], ...] = ()
+    simulated: bool = False
+
+
+def columns(time: np.ndarray, quantities: Sequence[tuple[str, Banded]]) -> dict[str, np.ndarray]:
+    """Quantiles over time, as columns.
+
+    - `time` [s]. - `quantities`: (name, bands).
+    """
+    out = {"time [s]": time}
+    for name, band in quantities:
+        out |= quantile_columns(f"{name} {band.place}", band.unit, band.quantiles)
+    return out
+
+
+def legend(bands: Sequence[Banded]) -> list[Line2D | Patch]:
+    """A line for each place, and what the bands hold."""
+    lines: list[Line2D | Patch] = [
+        Line2D([], [], color=colour, label=band.place)
+        for colour, band in zip(COLOURS, bands, strict=False)
+    ]
+    return [
+        *lines,
+        Patch(facecolor=(*to_rgb(GREY), 0.6), edgecolor=GREY, linewidth=0.6, label="50 % band"),
+        Patch(facecolor=(*to_rgb(GREY), 0.3), edgecolor=GREY, linewidth=0.6, label="90 % band"),
+    ]
 
 
 @dataclass(frozen=True, eq=False)

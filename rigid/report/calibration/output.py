@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,12 +20,21 @@ from rigid.inference.export import (
     series_groups,
     with_friction,
 )
-from rigid.inference.friction_curve import FREQUENCIES
+from rigid.inference.friction_curve import FREQUENCIES, Friction
 from rigid.inference.posterior import chain_coords, save_posterior
-from rigid.inference.summary import Check, Cost, Gap, ParameterRow, Result, summarise
+from rigid.inference.summary import (
+    Check,
+    Cost,
+    Gap,
+    ParameterRow,
+    Result,
+    Summary,
+    summarise,
+)
 from rigid.io.provenance import versions
+from rigid.likelihood.problem import Problem
 from rigid.likelihood.set_aside import listed
-from rigid.report.paper_values import of_the_paper, published
+from rigid.report.paper_values import of_the_paper, printed
 from rigid.report.taken import taken
 from rigid.report.usability import optimum, residuals
 from rigid.spec import Spec
@@ -63,27 +72,43 @@ def friction_at(done: Calibrated, kept: bool = False) -> dict[At, np.ndarray]:
     curves, shape = done.frictions, done.shape
     if kept:
         curves, shape = done.kept_frictions, done.kept_shape
-    out = {}
-    for view, curve in curves.items():
-        for frequency in REPORTED_HZ:
-            at = int(np.argmin(np.abs(FREQUENCIES - frequency)))
-            out[At(view, frequency)] = curve.magnitude[:, at].reshape(shape)
-    return out
+    return {at: draws.reshape(shape) for at, draws in magnitudes(curves).items()}
+
+
+def magnitudes(curves: Mapping[str, Friction]) -> dict[At, np.ndarray]:
+    """|mu| of the draws at REPORTED_HZ, (draws,), of the curves of every view."""
+    places = {hertz: int(np.argmin(np.abs(FREQUENCIES - hertz))) for hertz in REPORTED_HZ}
+    return {
+        At(view, hertz): curve.magnitude[:, place]
+        for view, curve in curves.items()
+        for hertz, place in places.items()
+    }
 
 
 def rows(done: Calibrated) -> list[ParameterRow]:
     """Rows of the tables: every sampled parameter, then |mu|."""
     chains = done.shape[0]
     ensemble = np.arange(chains) // (chains // done.ensembles)
-    out = []
-    ours = of_the_paper(done.problem)
-    for p in done.problem.parameters.sampled:
-        printed = published(p.base, ours)
-        figures = summarise(done.values[p.label], ensemble)
-        out.append(ParameterRow(p.label, p.unit, figures, printed[0].value if printed else None))
-    for at, values in friction_at(done).items():
-        out.append(ParameterRow(at.label, "N s/m", summarise(values, ensemble)))
-    return out
+    return table_rows(
+        done.problem, done.values, friction_at(done), lambda draws: summarise(draws, ensemble)
+    )
+
+
+def table_rows(
+    problem: Problem,
+    values: Mapping[str, np.ndarray],
+    frictions: Mapping[At, np.ndarray],
+    summary: Callable[[np.ndarray], Summary],
+) -> list[ParameterRow]:
+    """Rows of draws, SI by label, and of |mu|; `summary` gives the figures of one of them."""
+    ours = of_the_paper(problem)
+    return [
+        *(
+            ParameterRow(p.label, p.unit, summary(values[p.label]), printed(p.base, ours))
+            for p in problem.parameters.sampled
+        ),
+        *(ParameterRow(at.label, "N s/m", summary(draws)) for at, draws in frictions.items()),
+    ]
 
 
 def checks(done: Calibrated) -> list[Check]:

@@ -1,25 +1,14 @@
 """The first answer of a fit: a Gaussian around the best fit, while the chain makes it exact."""
 
 import time
-from pathlib import Path
 
 import numpy as np
 
 from rigid.inference.derived import channels, frictions, values_of
-from rigid.inference.friction_curve import FREQUENCIES
 from rigid.inference.search import Found
-from rigid.inference.summary import (
-    Check,
-    Cost,
-    Gap,
-    ParameterRow,
-    Result,
-    Summary,
-    write_result_json,
-)
+from rigid.inference.summary import Check, Cost, Gap, ParameterRow, Result, Summary
 from rigid.io.provenance import versions
-from rigid.report.calibration.output import REPORTED_HZ, residuals_check
-from rigid.report.paper_values import of_the_paper, published
+from rigid.report.calibration.output import magnitudes, residuals_check, table_rows
 from rigid.report.usability import optimum
 from rigid.spec import Spec
 
@@ -70,24 +59,8 @@ def rows(found: Found, seed: int) -> list[ParameterRow]:
     rng = np.random.default_rng([seed, 8])
     z = rng.multivariate_normal(best.z, best.covariance, DRAWS, method="eigh")
     values = values_of(problem, z)
-    ours, out = of_the_paper(problem), []
-    for p in problem.parameters.sampled:
-        printed = published(p.base, ours)
-        value = printed[0].value if printed else None
-        out.append(ParameterRow(p.label, p.unit, _figures(values[p.label]), value))
-    for view, curve in frictions(problem, values).items():
-        for frequency in REPORTED_HZ:
-            at = int(np.argmin(np.abs(FREQUENCIES - frequency)))
-            label = f"abs_mu[{frequency:g} Hz{',' + view if view else ''}]"
-            out.append(ParameterRow(label, "N s/m", _figures(curve.magnitude[:, at])))
-    return out
-
-
-def _figures(values: np.ndarray) -> Summary:
-    """Figures of independent draws (n,)."""
-    q05, median, q95 = (float(q) for q in np.quantile(values, (0.05, 0.5, 0.95)))
-    mean, sd = float(np.mean(values)), float(np.std(values, ddof=1))
-    return Summary(mean, sd, median, q05, q95, None, None, None)
+    found_at = magnitudes(frictions(problem, values))
+    return table_rows(problem, values, found_at, Summary.of_independent)
 
 
 def table(found: Result) -> str:
@@ -100,8 +73,3 @@ def table(found: Result) -> str:
         figures = f"{s.median:12.5g}  {s.q05:.5g} to {s.q95:.5g}"
         lines.append(f"  {row.name:{wide}}{figures} {row.unit}")
     return "\n".join(lines)
-
-
-def write(folder: Path, found: Result) -> None:
-    """Write result.json; the finished fit takes its place."""
-    write_result_json(folder / "result.json", found)

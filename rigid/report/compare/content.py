@@ -145,7 +145,7 @@ def front(found: Compared) -> Front:
         answers=tuple(
             Answer(
                 f"{move.parameter} in {move.run}",
-                _values(move),
+                " → ".join(_values(move)),
                 f"moved by {_z(move)} sd" + (f"; {_bounds(move)}" if move.bounds else ""),
             )
             for move in sorted(known, key=_rank)[:SHOWN]
@@ -191,17 +191,16 @@ def _ruling(found: Compared, far: Sequence[Move], known: Sequence[Move]) -> str:
     return f"{share} moved by more than {MOVED:g} standard deviations: {told}."
 
 
-def _values(move: Move) -> str:
-    """Before and after, in one unit."""
-    before, after = (
+def _values(move: Move) -> tuple[str, ...]:
+    """Before and after, each with its interval."""
+    return tuple(
         metrology.median_and_interval((one.q05, one.median, one.q95), move.unit)
         for one in (move.before, move.after)
     )
-    return f"{before} → {after}"
 
 
 def _z(move: Move) -> str:
-    return metrology.ABSENT if move.z is None else f"{move.z:+.1f}".replace("-", "−")
+    return metrology.ABSENT if move.z is None else metrology.minus(f"{move.z:+.1f}")
 
 
 def _bounds(move: Move) -> str:
@@ -218,18 +217,14 @@ MOST_TOLD = 100.0
 
 def _row(move: Move) -> tuple[str, ...]:
     """Parameter, before, after, change, standard deviations, bounds."""
-    before, after = (
-        metrology.median_and_interval((one.q05, one.median, one.q95), move.unit)
-        for one in (move.before, move.after)
-    )
     change = move.after.median / move.before.median if move.before.median else None
     if move.logarithms:
         told = f"× {change:.3g}"
     elif change is not None and change > 0.0:
-        told = f"{100.0 * (change - 1.0):+.2f} %".replace("-", "−")
+        told = metrology.minus(f"{100.0 * (change - 1.0):+.2f} %")
     else:
         told = metrology.significant(move.difference, move.unit)
-    return move.parameter, before, after, told, _z(move), _bounds(move)
+    return move.parameter, *_values(move), told, _z(move), _bounds(move)
 
 
 def _overview(runs: Sequence[Run]) -> tuple[tuple[str, tuple[str, ...]], ...]:

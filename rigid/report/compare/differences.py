@@ -58,8 +58,9 @@ def differences(runs: Sequence[Run]) -> tuple[Difference, ...]:
     """Everything that is not the same in all runs."""
     common = set.intersection(*(set(map(_whose, _records(run))) for run in runs))
     specs = [_flat(_told_once(run, common)) for run in runs]
+    effects = [dict.fromkeys(run.effects, "yes") for run in runs]
     return (
-        *_effects(runs),
+        *(_rows("effect", effects, "no") if all(effects) else ()),
         *_rows("prior", [_of(flat, "priors.") for flat in specs]),
         *_rows("spec", [_rest(flat) for flat in specs]),
         *_rows("record", [{k: v[:12] for k, v in run.sha256.items()} for run in runs]),
@@ -72,20 +73,9 @@ ABSENT = "not there"
 NAMES = ("name", "cylinder")
 
 
-def _rows(sort: str, tables: Sequence[Mapping[str, str]]) -> list[Difference]:
+def _rows(sort: str, tables: Sequence[Mapping[str, str]], absent: str = ABSENT) -> list[Difference]:
     names = dict.fromkeys(name for table in tables for name in table)
-    rows = [Difference(sort, n, tuple(t.get(n, ABSENT) for t in tables)) for n in names]
-    return [row for row in rows if len(set(row.values)) > 1]
-
-
-def _effects(runs: Sequence[Run]) -> list[Difference]:
-    """Effects that some run has and some has not."""
-    names = dict.fromkeys(effect for run in runs for effect in run.effects)
-    rows = [
-        Difference("effect", name, tuple("yes" if name in r.effects else "no" for r in runs))
-        for name in names
-        if all(run.effects for run in runs)
-    ]
+    rows = [Difference(sort, n, tuple(t.get(n, absent) for t in tables)) for n in names]
     return [row for row in rows if len(set(row.values)) > 1]
 
 

@@ -21,7 +21,7 @@ def as_dict(found: Compared) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
         "usable": found.usable,
-        "checks": [asdict(check) for check in found.checks],
+        "checks": [check.values() for check in found.checks],
         "simulated": any(run.simulated for run in found.runs),
         "runs": [
             {

@@ -17,7 +17,7 @@ from rigid.discovery.disagreement import (
 from rigid.discovery.workflow import Outcome
 from rigid.physics import sensors
 from rigid.plots import metrology
-from rigid.report.discovery.shown import ComparedShown
+from rigid.report.discovery.section import ComparedShown
 
 SURE, TOLD = 0.05, 10
 """P-value below which a disagreement is one, and how many are told."""

@@ -5,7 +5,6 @@ import numpy as np
 from rigid.discovery.refit import Refit
 from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained
 from rigid.discovery.workflow import Outcome, Step
-from rigid.localfit.intervals import interval
 from rigid.localfit.leave_one_out import gap
 from rigid.plots import metrology
 from rigid.plots.metrology import median_and_interval, significant
@@ -126,7 +125,7 @@ def _changed(step: Step) -> str:
         return "Something is left over that has no name."
     one = step.refits[step.chosen]
     values = {
-        label: interval(one.after, label)
+        label: one.after.interval(label)
         for label in added_labels(one.after.hypothesis, step.chosen)
     }
     means = meanings(one.after.hypothesis)
@@ -163,7 +162,7 @@ def moves(one: Refit) -> tuple[Moved, ...]:
     out, means = [], meanings(one.before.hypothesis)
     names = {p.label: p.base for p in one.before.hypothesis.parameters}
     for label in quoted(one.before.hypothesis):
-        before, after = interval(one.before, label), interval(one.after, label)
+        before, after = one.before.interval(label), one.after.interval(label)
         at = [fit.hypothesis.labels.index(label) for fit in (one.before, one.after)]
         sd = float(np.sqrt(one.after.covariance[at[1], at[1]]))
         size = abs(float(one.after.w[at[1]] - one.before.w[at[0]])) / sd

@@ -15,7 +15,6 @@ from rigid.likelihood.assemble import given_priors
 from rigid.likelihood.effect_lookup import effects_named, name_in_specs
 from rigid.likelihood.priors import AbstractPrior
 from rigid.localfit.hypothesis import Hypothesis
-from rigid.localfit.intervals import interval
 from rigid.localfit.leave_one_out import gap
 from rigid.localfit.samples import aside_of
 from rigid.report.taken import taken
@@ -30,23 +29,14 @@ RULED_OUT = -20.0
 def added_labels(hypothesis: Hypothesis, name: str) -> list[str]:
     """Labels of what an added effect brought in."""
     effect = next(e for e in hypothesis.added if e.name == name)
-    mine = [label for info in effect.parameters() for label in info.labels]
-    return [label for label in mine if label in hypothesis.labels]
+    return [label for label in effect.labels() if label in hypothesis.labels]
 
 
 def quoted(hypothesis: Hypothesis) -> list[str]:
     """Labels of numbers that a user would quote: of the effects, and every record's flow."""
-    names = {
-        label
-        for effect in hypothesis.problem.effects
-        for info in effect.parameters()
-        for label in info.labels
-    }
-    return [
-        p.label
-        for p in hypothesis.parameters
-        if p.label in names or p.base in (*names, "kappa")
-    ]  # fmt: skip
+    names = {label for effect in hypothesis.problem.effects for label in effect.labels()}
+    asked = {*names, "kappa"}
+    return [p.label for p in hypothesis.parameters if p.label in names or p.base in asked]
 
 
 def as_dict(spec: Spec, outcome: Outcome, extended: Path | None) -> dict[str, Any]:
@@ -104,12 +94,12 @@ def _added(step: Step, name: str, judged: Judged) -> dict[str, Any]:
     difference, error = judged.elpd
     return {
         "parameters": {
-            label: interval(one.after, label) for label in added_labels(one.after.hypothesis, name)
+            label: one.after.interval(label) for label in added_labels(one.after.hypothesis, name)
         },
         "moved": {
             label: {
-                "before": interval(one.before, label)["median"],
-                "after": interval(one.after, label)["median"],
+                "before": one.before.interval(label)["median"],
+                "after": one.after.interval(label)["median"],
             }
             for label in quoted(one.before.hypothesis)
         },

@@ -3,7 +3,7 @@
 import numpy as np
 
 from rigid.discovery.workflow import Step
-from rigid.report.discovery.shown import MOST_PANELS, AgainstShown, ResidualShown
+from rigid.report.discovery.section import MOST_PANELS, AgainstShown, ResidualShown
 
 EVIDENCE_A_CLASS, FEWEST, MOST = 6.0, 6, 24
 """Squared strength that each class of samples holds, and how many classes there are."""

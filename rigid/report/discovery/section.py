@@ -1,7 +1,8 @@
 """The section on discovery: what it is on the page, and its content."""
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from jaxtyping import Float
@@ -9,10 +10,64 @@ from jaxtyping import Float
 from rigid.plots.shown import HiddenShown
 from rigid.report.content import Content
 from rigid.report.discovery import figures
-from rigid.report.discovery.shown import AgainstShown, ComparedShown, ResidualShown
 from rigid.report.section import Kind
 
 KIND = Kind("discovery", 30, "What is missing", "discovery.html.j2", figures)
+
+Shown = TypeVar("Shown")
+
+MOST_PANELS = 3
+"""Channels of which residuals are drawn."""
+
+
+@dataclass(frozen=True, eq=False)
+class ResidualShown:
+    """One channel: residuals over what its sheet allows, before and after.
+
+    - `name`; `place` (n,): time [s]; `before`, `after` (n,): smoothed over `smoothed` samples.
+    - `explained` (n,): what the effect takes away, smoothed alike; None where it cannot be drawn.
+    - `stretch`: where the effect shows, or None.
+    - `frequencies`: whether the places are frequencies [Hz], and the residuals their lines' sizes.
+    """
+
+    name: str
+    place: Float[np.ndarray, " n"]
+    before: Float[np.ndarray, " n"]
+    after: Float[np.ndarray, " n"]
+    smoothed: int
+    explained: Float[np.ndarray, " n"] | None = None
+    stretch: tuple[float, float] | None = None
+    frequencies: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class AgainstShown:
+    """What was left over against what an effect explains, in classes of samples (m,).
+
+    - `explained`: by the effect, once all else was refitted. - `before`, `after`: left over without
+      and with it, mean of the class. - `sd`: that noise alone gives such a mean. All of it in
+      what a sample of the sensor scatters by its sheet.
+    """
+
+    explained: Float[np.ndarray, " m"]
+    before: Float[np.ndarray, " m"]
+    after: Float[np.ndarray, " m"]
+    sd: Float[np.ndarray, " m"]
+
+
+@dataclass(frozen=True, eq=False)
+class ComparedShown:
+    """P-values of disagreements between records and predictions.
+
+    - `names`: of the channels. - `over`: what residuals were looked at over.
+    - `before`, `after` (channels, over): NaN where there is nothing to look at; `after` is None
+      where nothing was added.
+    """
+
+    names: tuple[str, ...]
+    over: tuple[str, ...]
+    before: Float[np.ndarray, "channels over"]
+    after: Float[np.ndarray, "channels over"] | None
 
 
 class Moved(NamedTuple):
@@ -74,3 +129,8 @@ class DiscoveryContent(Content):
     pairs: tuple[str, ...]
     rejected: tuple[tuple[str, str, str], ...]
     shown: float
+
+
+def numbered(steps: Iterable[Shown | None]) -> Iterator[tuple[int, Shown]]:
+    """What there is to draw of the steps, with the number of each; steps without any left out."""
+    return ((number, shown) for number, shown in enumerate(steps, start=1) if shown)

@@ -7,7 +7,6 @@ from rigid.friction.comparison import CANNOT_TELL, Comparison, Standing
 from rigid.friction.prior_widths import AS_STATED
 from rigid.inference.reference_check import SolverCheck
 from rigid.io.files import csv_text, finite
-from rigid.localfit.intervals import interval
 from rigid.localfit.leave_one_out import gap
 from rigid.localfit.next_record import Proposal
 from rigid.localfit.samples import aside_of
@@ -56,7 +55,7 @@ def checks(found: Comparison, solver: SolverCheck | None) -> list[dict[str, Any]
     local = found.first.local
     listed = [residuals_of(local), optimum(state_of(local))]
     listed += [] if solver is None else [solver.check]
-    return [{"name": c.name, "ok": bool(c.ok), "says": c.says} for c in listed]
+    return [one.values() for one in listed]
 
 
 def _law(one: Standing, found: Comparison) -> dict[str, Any]:
@@ -93,18 +92,13 @@ def _law(one: Standing, found: Comparison) -> dict[str, Any]:
         ],
         "gap": finite(gap(one.local)),
         "short_of_top": finite(promised(one.local)),
-        "parameters": {label: interval(one.local, label) for label in own_labels(one)},
+        "parameters": {label: one.local.interval(label) for label in own_labels(one)},
     }
 
 
 def own_labels(one: Standing) -> list[str]:
     """Labels of a law's uncertain numbers of friction, the viscous coefficient's among them."""
-    names = {
-        label
-        for name in one.model.effects
-        for info in CATALOGUE[name].parameters()
-        for label in info.labels
-    }
+    names = {label for name in one.model.effects for label in CATALOGUE[name].labels()}
     return [label for label in one.local.hypothesis.labels if label in names]
 
 

@@ -29,8 +29,6 @@ MARKS = {
 }
 """Verdicts as the page writes them."""
 
-_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-
 LEAST_SHOWN = 1e-9
 """Relative difference below which two ways of computing the same number differ by rounding."""
 
@@ -250,7 +248,7 @@ def _print(text: str) -> str:
     """A number with its unit as the paper sets it: "3.7e3 N s/m" -> "3.7 × 10³ N·s/m"."""
     number, _, unit = text.partition(" ")
     mantissa, e, order = number.partition("e")
-    power = f" × 10{order.translate(_SUPERSCRIPT)}" if e else ""
+    power = f" × 10{metrology.superscript(order)}" if e else ""
     return f"{mantissa}{power} {metrology.unit_text(unit)}".strip()
 
 
@@ -267,4 +265,4 @@ def _difference(item: Item) -> str:
     if 0.0 < ratio < 1.0 / FAR:
         return f"1/{metrology.significant(1.0 / ratio, '')}"
     digits = 0 if abs(relative) >= LARGE else 2
-    return f"{100.0 * relative:+.{digits}f} %".replace("-", "−")
+    return metrology.minus(f"{100.0 * relative:+.{digits}f} %")

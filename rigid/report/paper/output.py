@@ -18,10 +18,7 @@ def result(spec: Spec, found: Walk, findings: Findings | None, wall: float) -> d
     - `findings`: of the fit to the printed numbers; None: what it would give is empty.
     """
     made = _without_fit(spec, found, wall) if findings is None else as_dict(spec, findings, wall)
-    listed = check(found)
-    made["checks"] = [
-        {"name": listed.name, "ok": listed.ok, "says": listed.says}, *made["checks"]
-    ]  # fmt: skip
+    made["checks"] = [check(found).values(), *made["checks"]]
     made["usable"] = all(one["ok"] for one in made["checks"])
     made["verdicts"] = counts(found)
     made["items"] = [item.values() for item in found.listed]

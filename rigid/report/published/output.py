@@ -1,6 +1,7 @@
 """The files of a fit to published numbers, and the table on standard output."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -8,13 +9,13 @@ import numpy as np
 import xarray as xr
 
 from rigid.inference.posterior import save_posterior
-from rigid.inference.summary import COLUMNS
+from rigid.inference.summary import COLUMNS, Check, ParameterRow, Summary
 from rigid.io.files import csv_text, json_text, write_text
 from rigid.io.provenance import versions
 from rigid.published.catalogue import CAUSES, STORIES
 from rigid.published.run import DRAWS, Findings, Told
 from rigid.published.story import PRIOR_SETS
-from rigid.report.paper_values import BY_LABEL
+from rigid.report.paper_values import printed
 from rigid.spec import Spec
 
 REFERENCE = "constant"
@@ -23,20 +24,9 @@ REFERENCE = "constant"
 
 def figures(told: Told, label: str, values: np.ndarray) -> dict[str, Any]:
     """Figures of one number of one story; the ESS is that of its weighted points."""
-    q05, median, q95 = np.quantile(values, (0.05, 0.5, 0.95))
-    published = BY_LABEL.get(label)
-    return {
-        "unit": told.units[label],
-        "mean": float(np.mean(values)),
-        "sd": float(np.std(values, ddof=1)),
-        "median": float(median),
-        "q05": float(q05),
-        "q95": float(q95),
-        "ess_bulk": told.all_six.effective,
-        "ess_tail": None,
-        "r_hat": None,
-        "published": published[0].value if published else None,
-    }
+    summary = replace(Summary.of_independent(values), ess_bulk=told.all_six.effective)
+    row = ParameterRow(label, told.units[label], summary, printed(label))
+    return {key: value for key, value in row.values().items() if key != "name"}
 
 
 def parameters(found: Findings) -> dict[str, dict[str, Any]]:
@@ -59,14 +49,14 @@ def factors(found: Findings, prior: str) -> dict[str, tuple[float, float]]:
     return out
 
 
-def checks(found: Findings) -> list[dict[str, Any]]:
+def checks(found: Findings) -> list[Check]:
     """What must hold for the result to be used."""
     worst = min(found.told.values(), key=lambda t: t.all_six.effective)
     says = (
         f"{found.least_effective:.0f} points count in the evidence of '{worst.story.key}' under "
         f"the {worst.prior} prior, the fewest of all (at least 100)"
     )
-    return [{"name": "evidence", "ok": found.usable, "says": says}]
+    return [Check("evidence", found.usable, says)]
 
 
 def as_dict(spec: Spec, found: Findings, wall: float) -> dict[str, Any]:
@@ -76,7 +66,7 @@ def as_dict(spec: Spec, found: Findings, wall: float) -> dict[str, Any]:
         "spec": spec.path.stem,
         "usable": found.usable,
         "simulated": False,
-        "checks": checks(found),
+        "checks": [one.values() for one in checks(found)],
         "parameters": parameters(found),
         "stories": {prior: _stories(found, prior) for prior in PRIOR_SETS},
         "gap": {"overall": None, "records": {}},

@@ -14,8 +14,14 @@ from rigid.report import wording
 from rigid.report.content import BAD, GOOD, Check, Front
 from rigid.report.made import made
 from rigid.report.published.output import REFERENCE, checks, factors
-from rigid.report.published.section import PrintedRow, StoriesContent, StoryRow
-from rigid.report.published.shown import CauseShown, StoriesShown, StoryShown
+from rigid.report.published.section import (
+    CauseShown,
+    PrintedRow,
+    StoriesContent,
+    StoriesShown,
+    StoryRow,
+    StoryShown,
+)
 from rigid.report.published.tables import cause_needs, in_short, needs, tables
 from rigid.spec import Printed, Spec
 
@@ -52,7 +58,7 @@ def content(spec: Spec, found: Findings) -> StoriesContent:
     causes = tuple(
         StoryRow(c.title, c.assumes, cause_needs(i, told), c.decides) for i, c in enumerate(CAUSES)
     )
-    listed = tuple(Check(c["name"], c["ok"], c["says"]) for c in checks(found))
+    listed = tuple(checks(found))
     return StoriesContent(
         title=spec.title or spec.path.stem,
         simulated=False,

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from rigid.plots.metrology import minus, superscript
 from rigid.published.catalogue import CAUSES
 from rigid.published.inference import OPENED, READINGS
 from rigid.published.run import Findings, Told
@@ -61,11 +62,11 @@ def _others(found: Findings) -> set[str]:
 
 def _gaps(found: Findings, keys: set[str]) -> str:
     values = [v for p in PRIOR_SETS for k, (v, _) in factors(found, p).items() if k in keys]
-    return signed(f"{min(values):.1f} to {max(values):.1f} under the two priors")
+    return minus(f"{min(values):.1f} to {max(values):.1f} under the two priors")
 
 
 def _by_prior(found: Findings, of) -> str:
-    return signed(" and ".join(f"{of(found.told[p, REFERENCE]):.1f} ({p})" for p in PRIOR_SETS))
+    return minus(" and ".join(f"{of(found.told[p, REFERENCE]):.1f} ({p})" for p in PRIOR_SETS))
 
 
 def _same_gap(told: Told) -> float:
@@ -108,7 +109,7 @@ def _evidence_table(found: Findings, prior: str) -> Table:
              "falls by e in [ms]", "least oil pressure [bar]", "oil above vacuum")  # fmt: skip
     rows = tuple(
         (
-            t.story.title, signed(f"{against[t.story.key][0]:.2f}"),
+            t.story.title, minus(f"{against[t.story.key][0]:.2f}"),
             f"{against[t.story.key][1]:.2f}", kept(three(t.draws["mu"])),
             kept(ranged(t.draws["period"] * 1e3)), kept(ranged(t.draws["e_folding"] * 1e3)),
             kept(ranged(t.draws["p_least"] * 1e-5)), f"{t.held:.1%}",
@@ -128,13 +129,16 @@ def _reading_table(found: Findings, prior: str) -> Table:
 
 
 def _factor(value: float) -> str:
-    return signed(f"{value:.2f}") if value > 0.1 * OPENED else "none"
+    return minus(f"{value:.2f}") if value > 0.1 * OPENED else "none"
 
 
 def _cause_table(found: Findings, prior: str) -> Table:
     heads = ("Hypothesis on the release", *(c.title for c in CAUSES))
     rows = tuple(
-        (t.story.title, *(signed(f"{t.pairs[c.key].log - t.release.log:.2f}") for c in CAUSES))
+        (
+            t.story.title,
+            *(minus(f"{t.pairs[c.key].log - t.release.log:.2f}") for c in CAUSES),
+        )
         for t in found.of(prior)
     )
     return f"ln density of both S p / v by cause, {prior} prior", heads, rows
@@ -145,21 +149,15 @@ def three(values: np.ndarray) -> str:
     low, middle, high = np.quantile(values, (0.05, 0.5, 0.95))
     power = int(np.floor(np.log10(abs(middle))))
     if -3 < power < 3:
-        return signed(f"{middle:.3g} ({low:.3g} to {high:.3g})")
-    raised = str(power).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+        return minus(f"{middle:.3g} ({low:.3g} to {high:.3g})")
     low, middle, high = (x / 10.0**power for x in (low, middle, high))
-    return signed(f"{middle:.2f} ({low:.2f} to {high:.2f})·10{raised}")
+    return minus(f"{middle:.2f} ({low:.2f} to {high:.2f})·10{superscript(str(power))}")
 
 
 def ranged(values: np.ndarray) -> str:
     """Median and 90 %, with one digit after the point."""
     low, middle, high = np.quantile(values, (0.05, 0.5, 0.95))
-    return signed(f"{middle:.1f} ({low:.1f} to {high:.1f})")
-
-
-def signed(text: str) -> str:
-    """The text with minus signs."""
-    return text.replace("-", "\N{MINUS SIGN}")
+    return minus(f"{middle:.1f} ({low:.1f} to {high:.1f})")
 
 
 def kept(text: str) -> str:

@@ -22,7 +22,7 @@ def as_dict(
         "spec": spec.path.stem,
         "simulated": True,
         "usable": found.usable,
-        "checks": [asdict(check) for check in found.checks],
+        "checks": [check.values() for check in found.checks],
         "design": asdict(found.design),
         "replicates": found.replicates,
         "unreliable": found.unreliable,

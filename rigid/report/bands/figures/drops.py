@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 
 from rigid.plots.figure import Columns, Drawn
 from rigid.plots.style import GREY, house_style, new_figure, panel_title
-from rigid.report.bands.shown import COLOURS, FieldShown, columns, legend
+from rigid.report.bands.section import COLOURS, FieldShown, columns, legend
 
 MOST_ZOOMS = 4
 BEFORE, AFTER = 0.06, 0.12

@@ -19,7 +19,7 @@ from rigid.plots.style import (
     house_style,
     new_figure,
 )
-from rigid.report.bands.shown import COLOURS, Banded, FieldShown, columns, legend
+from rigid.report.bands.section import COLOURS, Banded, FieldShown, columns, legend
 
 PART_COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE)
 MOST_ROWS = 2000

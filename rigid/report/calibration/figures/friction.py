@@ -10,8 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from rigid.plots.banded import quantile_columns
 from rigid.plots.figure import Columns, Drawn
-from rigid.plots.shown import QUANTILES, FrictionCurve
+from rigid.plots.shown import FrictionCurve
 from rigid.plots.style import (
     BLUE,
     GREEN,
@@ -49,17 +50,11 @@ def drawn(content: CalibrationContent) -> Iterator[Drawn]:
 
 def numbers(curve: FrictionCurve) -> Columns:
     """Quantiles over frequency, and the printed values."""
-    parts = {
-        "abs mu": (curve.magnitude, "N s/m"),
-        "Re mu": (curve.dissipative, "N s/m"),
-        "k_omega": (curve.storage, "N/m"),
-        "prior abs mu": (curve.prior_magnitude, "N s/m"),
-    }
     columns = {"frequency [Hz]": curve.frequency, "informed": curve.informed}
-    for name, (quantiles, unit) in parts.items():
-        columns |= {
-            f"{name} {q} % [{unit}]": row for q, row in zip(QUANTILES, quantiles, strict=True)
-        }
+    columns |= quantile_columns("abs mu", "N s/m", curve.magnitude)
+    columns |= quantile_columns("Re mu", "N s/m", curve.dissipative)
+    columns |= quantile_columns("k_omega", "N/m", curve.storage)
+    columns |= quantile_columns("prior abs mu", "N s/m", curve.prior_magnitude)
     if curve.published:
         frequency, value, place = zip(*curve.published, strict=True)
         columns["printed at [Hz]"] = np.array(

@@ -11,9 +11,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from rigid.plots import metrology
+from rigid.plots.banded import quantile_columns
 from rigid.plots.decimate import band_points, line_points
 from rigid.plots.figure import Columns, Drawn
-from rigid.plots.shown import QUANTILES, ChannelFit
+from rigid.plots.shown import ChannelFit
 from rigid.plots.style import BLUE, GREY, INK, PALE, VALVE, house_style, new_figure
 from rigid.report.content import CalibrationContent
 
@@ -57,8 +58,7 @@ def numbers(channels: Sequence[ChannelFit]) -> Columns:
     for one in channels:
         columns[f"{one.quantity} time [s]"] = one.time
         columns[f"{one.quantity} [{one.unit}]"] = one.data
-        for level, row in zip(QUANTILES, one.quantiles, strict=True):
-            columns[f"{one.quantity} {level} % [{one.unit}]"] = row
+        columns |= quantile_columns(one.quantity, one.unit, one.quantiles)
         columns[f"{one.quantity} residual over sheet [1]"] = one.residual
     return columns
 

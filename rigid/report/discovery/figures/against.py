@@ -7,27 +7,24 @@ from matplotlib.figure import Figure
 
 from rigid.plots.figure import Columns, Drawn
 from rigid.plots.style import BLUE, GREY, INK, VERMILION, house_style, new_figure, panel_title
-from rigid.report.discovery.section import DiscoveryContent
-from rigid.report.discovery.shown import AgainstShown
+from rigid.report.discovery.section import AgainstShown, DiscoveryContent, numbered
 
 PLACE = "step"
 
 
 def drawn(content: DiscoveryContent) -> Iterator[Drawn]:
     """One figure a step that added an effect."""
-    for number, step in enumerate(content.steps, start=1):
-        if step.against is not None:
-            yield Drawn(
-                f"against-{number}",
-                against_figure(step.against, content.simulated),
-                "What the records leave over, against what the effect explains of it, in classes "
-                "of samples that tell about as much each; bars: one standard deviation. Were the "
-                "effect not there, the points on the left would lie on the level line; as it is, "
-                "along the dashed one. With the effect in the model nothing should be left, on the "
-                "right.",
-                "Left over against explained, without and with the effect",
-                numbers(step.against),
-            )
+    for number, shown in numbered(step.against for step in content.steps):
+        yield Drawn(
+            f"against-{number}",
+            against_figure(shown, content.simulated),
+            "What the records leave over, against what the effect explains of it, in classes of "
+            "samples that tell about as much each; bars: one standard deviation. Were the effect "
+            "not there, the points on the left would lie on the level line; as it is, along the "
+            "dashed one. With the effect in the model nothing should be left, on the right.",
+            "Left over against explained, without and with the effect",
+            numbers(shown),
+        )
 
 
 def numbers(shown: AgainstShown) -> Columns:

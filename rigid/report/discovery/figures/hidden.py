@@ -10,22 +10,21 @@ from rigid.plots import metrology
 from rigid.plots.figure import Columns, Drawn
 from rigid.plots.shown import HiddenShown
 from rigid.plots.style import BLUE, GREY, VERMILION, house_style, new_figure
-from rigid.report.discovery.section import DiscoveryContent
+from rigid.report.discovery.section import DiscoveryContent, numbered
 
 PLACE = "step"
 
 
 def drawn(content: DiscoveryContent) -> Iterator[Drawn]:
     """One figure a step that has no name."""
-    for number, step in enumerate(content.steps, start=1):
-        if step.hidden is not None:
-            yield Drawn(
-                f"hidden-{number}",
-                hidden_figure(step.hidden, content.simulated),
-                "What would have to be added to the model for it to explain the records.",
-                f"Inferred {step.hidden.name} over {step.hidden.variable}",
-                numbers(step.hidden),
-            )
+    for number, shown in numbered(step.hidden for step in content.steps):
+        yield Drawn(
+            f"hidden-{number}",
+            hidden_figure(shown, content.simulated),
+            "What would have to be added to the model for it to explain the records.",
+            f"Inferred {shown.name} over {shown.variable}",
+            numbers(shown),
+        )
 
 
 def numbers(shown: HiddenShown) -> Columns:

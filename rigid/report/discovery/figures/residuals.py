@@ -8,18 +8,15 @@ from matplotlib.figure import Figure
 from rigid.plots.decimate import line_points
 from rigid.plots.figure import Columns, Drawn
 from rigid.plots.style import BLUE, GREY, INK, VERMILION, house_style, new_figure, panel_title
-from rigid.report.discovery.section import DiscoveryContent
-from rigid.report.discovery.shown import MOST_PANELS, ResidualShown
+from rigid.report.discovery.section import MOST_PANELS, DiscoveryContent, ResidualShown, numbered
 
 PLACE = "step"
 
 
 def drawn(content: DiscoveryContent) -> Iterator[Drawn]:
     """One figure a step that added an effect."""
-    for number, step in enumerate(content.steps, start=1):
-        if not step.residuals:
-            continue
-        first = step.residuals[0]
+    for number, shown in numbered(step.residuals for step in content.steps):
+        first = shown[0]
         kind = (
             "Size of each line of frequency in residuals over what the sensors' sheets allow"
             if first.frequencies
@@ -29,10 +26,10 @@ def drawn(content: DiscoveryContent) -> Iterator[Drawn]:
         taken = "" if first.explained is None else " Black: what the effect takes away."
         yield Drawn(
             f"residuals-{number}",
-            residuals_figure(step.residuals, content.simulated),
+            residuals_figure(shown, content.simulated),
             f"{kind}, without and with the effect, in one scale. Grey: where it shows.{taken}",
             "Residuals before and after the addition",
-            numbers(step.residuals),
+            numbers(shown),
         )
 
 

@@ -8,8 +8,7 @@ from matplotlib.figure import Figure
 
 from rigid.plots.figure import Columns, Drawn
 from rigid.plots.style import house_style, new_figure, panel_title
-from rigid.report.discovery.section import DiscoveryContent
-from rigid.report.discovery.shown import ComparedShown
+from rigid.report.discovery.section import ComparedShown, DiscoveryContent
 
 PLACE = "where"
 

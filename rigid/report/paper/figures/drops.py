@@ -28,11 +28,10 @@ def drawn(content: PaperContent) -> Iterator[Drawn]:
         _figure(found, tuple(simulated.drops)),
         "Fig. 12 of the paper. Simulated: a load of σ_c S_Ice,0 = 157.5 kN on one cylinder loses "
         "20, 40 and 60 % within 10 ms and takes it back in half a second, at κ = 1 and the "
-        "friction of (17); when and how fast are choices, as the formula is missing in the text "
-        "at hand. "
-        "Left: F_LC (lines, with bands of the constants) and F_Ice (black, thin). Right: what "
-        "the plate moves by "
-        "beside the run without a drop; the paper finds this very insignificant.",
+        "friction of (17); when and how fast are choices, as the formula is missing in the text at"
+        " hand. Left: F_LC (lines, with bands of the constants) and F_Ice (black, thin). Right: "
+        "what the plate moves by beside the run without a drop; the paper finds this very "
+        "insignificant.",
         "Simulated loads and displacements of the plate under drops of the ice load",
         found,
     )

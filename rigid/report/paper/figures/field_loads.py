@@ -29,12 +29,11 @@ def drawn(content: PaperContent) -> Iterator[Drawn]:
         "figure-10",
         _figure(found),
         "Fig. 10 of the paper. Simulated: the ice load rises from 25 s to 50 s to σ_c S_Ice,0 = "
-        "157.5 kN on both cylinders together, 60 % of it on A, and is gone within 10 ms; the shape "
-        "and the shares are choices. Left: what the load cells would read. Right: what the gauges "
-        "would read (dots, the valve of B shut from 25 to 30 s) and the pressures by (19) to (21) "
-        "with a constant κ (lines). Bands: constants within their uncertainty, and any friction "
-        "from "
-        "(17) to (18), as the friction used is not printed.",
+        "157.5 kN on both cylinders together, 60 % of it on A, and is gone within 10 ms; the shape"
+        " and the shares are choices. Left: what the load cells would read. Right: what the gauges"
+        " would read (dots, the valve of B shut from 25 to 30 s) and the pressures by (19) to (21)"
+        " with a constant κ (lines). Bands: constants within their uncertainty, and any friction "
+        "from (17) to (18), as the friction used is not printed.",
         "Simulated loads and oil pressures of both cylinders in the field test",
         found,
     )

@@ -32,8 +32,7 @@ def drawn(content: PaperContent) -> Iterator[Drawn]:
         "(dots) and the displacement of the plungers with a constant κ (lines); those of B part "
         "where its valve was shut. Dashed: the largest stroke of (1), which A passes at 43 s with "
         "the printed κ. Right: x_SS − x_Pl, which is the load over k_LC; the two lie together on "
-        "the "
-        "scale of the left panel, and seven steps of the stroke sensor apart on their own.",
+        "the scale of the left panel, and seven steps of the stroke sensor apart on their own.",
         "Simulated strokes and plunger displacements in the field test, and their difference",
         found,
     )

@@ -22,9 +22,8 @@ def drawn(content: PaperContent) -> Iterator[Drawn]:
         "Fig. 6 of the paper. Simulated: three frame tests, with a slack of 0.8, 1.0 and 1.2 mm "
         "before full contact; flow and slack are choices; the file of numbers also has them in "
         "steps of 295 N and 0.22 mm. Band: the middle test for constants within their uncertainty "
-        "and k_LC within its rounding. Black: the line that the paper draws, through an offset "
-        "of 1 mm and "
-        "250 kN at 5 mm more.",
+        "and k_LC within its rounding. Black: the line that the paper draws, through an offset of "
+        "1 mm and 250 kN at 5 mm more.",
         "Load against stroke in three simulated frame tests: flat up to 1 mm, then straight",
         columns,
     )

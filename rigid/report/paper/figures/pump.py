@@ -26,11 +26,10 @@ def drawn(content: PaperContent) -> Iterator[Drawn]:
         "figure-3",
         _figure(pressure, flow, loads, n["smallest_flow"]),
         "Fig. 3 of the paper: flow of the pump over oil pressure by equation (22), computed. "
-        "Dashed: the "
-        "least flow of (1). Dotted: the pressures of one cylinder at 60 kN, where the text has "
-        "the pump change its stage, and at the largest load of 300 kN. The curve keeps the fast "
-        "flow up to both. The chart of the pump's maker, of which the paper shows a picture, is "
-        "not printed in numbers.",
+        "Dashed: the least flow of (1). Dotted: the pressures of one cylinder at 60 kN, where the "
+        "text has the pump change its stage, and at the largest load of 300 kN. The curve keeps "
+        "the fast flow up to both. The chart of the pump's maker, of which the paper shows a "
+        "picture, is not printed in numbers.",
         "Flow of the pump over pressure: 11.6 l/min up to about 650 bar, 1.7 l/min beyond 750 bar",
         {"pressure [Pa]": pressure, "flow by (22) [m^3/s]": flow},
     )

@@ -27,10 +27,9 @@ def drawn(content: PaperContent) -> Iterator[Drawn]:
         "figure-4",
         roots_figure(shown, simulated=False),
         "Fig. 4 of the paper, computed: roots of equation (14) while ε grows from 0 to 2.15 "
-        "(grey), "
-        "without friction (circles), and at the friction of (17) and (18). Dots: the roots at the "
-        "friction of (17) for constants within their stated uncertainty. The fourth root at (18) "
-        "lies above 50, outside.",
+        "(grey), without friction (circles), and at the friction of (17) and (18). Dots: the roots"
+        " at the friction of (17) for constants within their stated uncertainty. The fourth root "
+        "at (18) lies above 50, outside.",
         "Roots of the characteristic equation in the complex plane",
         numbers(shown),
     )

@@ -31,9 +31,8 @@ def drawn(content: PaperContent) -> Iterator[Drawn]:
         _figure(found),
         "Fig. 9 of the paper. Simulated: strokes and oil pressures without a load on the plate at "
         "the friction of (18), read in steps of 0.22 mm and 5 psi. The speeds are not printed; "
-        "they "
-        "are those of the κ of the field test, 0.2 and 0.12, and the bands hold 90 % of a factor "
-        "of 1.5 (1 sd) on them.",
+        "they are those of the κ of the field test, 0.2 and 0.12, and the bands hold 90 % of a "
+        "factor of 1.5 (1 sd) on them.",
         "Simulated strokes and pressures of both cylinders in free running",
         found,
     )

@@ -7,8 +7,7 @@ from matplotlib.figure import Figure
 
 from rigid.plots.figure import Columns, Drawn
 from rigid.plots.style import BLUE, GREY, ORANGE, house_style, new_figure
-from rigid.report.published.section import StoriesContent
-from rigid.report.published.shown import StoriesShown
+from rigid.report.published.section import StoriesContent, StoriesShown
 
 PLACE = "evidence"
 

@@ -4,12 +4,10 @@ from collections.abc import Iterator
 
 from matplotlib.figure import Figure
 
-from rigid.plots.banded import banded
+from rigid.plots.banded import banded, quantile_columns
 from rigid.plots.figure import Columns, Drawn
-from rigid.plots.shown import QUANTILES
 from rigid.plots.style import GREY, VERMILION, house_style, new_figure, panel_title
-from rigid.report.published.section import StoriesContent
-from rigid.report.published.shown import BANDS, COLOURS, COMPUTED, StoriesShown
+from rigid.report.published.section import BANDS, COLOURS, COMPUTED, StoriesContent, StoriesShown
 
 PLACE = "figures"
 
@@ -27,8 +25,7 @@ def numbers(shown: StoriesShown) -> Columns:
     """What is drawn, in SI."""
     out = {"time [s]": shown.time}
     for story in shown.stories:
-        for level, row in zip(QUANTILES, story.acceleration, strict=True):
-            out[f"{story.title} {level} % [m/s^2]"] = row
+        out |= quantile_columns(story.title, "m/s^2", story.acceleration)
     return out
 
 

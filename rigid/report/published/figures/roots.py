@@ -7,8 +7,7 @@ from matplotlib.figure import Figure
 
 from rigid.plots.figure import Columns, Drawn
 from rigid.plots.style import GREEN, GREY, INK, house_style, new_figure, panel_title
-from rigid.report.published.section import StoriesContent
-from rigid.report.published.shown import COLOURS, COMPUTED, StoriesShown
+from rigid.report.published.section import COLOURS, COMPUTED, StoriesContent, StoriesShown
 
 PLACE = "figures"
 

@@ -6,12 +6,10 @@ from textwrap import fill
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from rigid.plots.banded import banded
+from rigid.plots.banded import banded, quantile_columns
 from rigid.plots.figure import Columns, Drawn
-from rigid.plots.shown import QUANTILES
 from rigid.plots.style import BLUE, GREY, VERMILION, house_style, new_figure, panel_title
-from rigid.report.published.section import StoriesContent
-from rigid.report.published.shown import BANDS, COMPUTED, StoriesShown
+from rigid.report.published.section import BANDS, COMPUTED, StoriesContent, StoriesShown
 
 PLACE = "figures"
 
@@ -28,13 +26,11 @@ def drawn(content: StoriesContent) -> Iterator[Drawn]:
 def numbers(shown: StoriesShown) -> Columns:
     """What is drawn, in SI."""
     out = {"time [s]": shown.run_time, "speed [m/s]": shown.speeds}
-    listed = [(f"stroke of {name} {{}} % [m]", band) for name, band in shown.stroke]
+    for name, band in shown.stroke:
+        out |= quantile_columns(f"stroke of {name}", "m", band)
     for cause in shown.causes:
-        title = f"under {cause.title}"
-        listed += [(f"pressure of {name} {title} {{}} % [Pa]", b) for name, b in cause.pressure]
-    for name, band in listed:
-        for level, row in zip(QUANTILES, band, strict=True):
-            out[name.replace("{}", str(level))] = row
+        for name, band in cause.pressure:
+            out |= quantile_columns(f"pressure of {name} under {cause.title}", "Pa", band)
     return out
 
 
