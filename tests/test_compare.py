@@ -210,6 +210,9 @@ def test_an_unusable_run_makes_the_comparison_unusable(tmp_path, capsys):
     first, second = make(tmp_path / "a"), make(tmp_path / "b", usable=False, seed=2)
     assert command.main([str(first), str(second), "--out", str(tmp_path / "out")]) == 1
     assert "after 100 steps" in capsys.readouterr().err
+    made = json.loads((tmp_path / "out" / "compare.json").read_text("utf-8"))
+    assert [check["ok"] for check in made["checks"]] == [True, False]
+    assert made["checks"][1]["says"] == "converged: after 100 steps"
     assert "must not be used" in (tmp_path / "out" / "index.html").read_text("utf-8")
 
 

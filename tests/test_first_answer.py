@@ -28,3 +28,16 @@ def test_a_model_that_does_not_explain_its_records_is_told_before_the_chain(tmp_
         assert "`rigid discover cart.toml`" in said
     else:
         assert said is None
+
+
+def test_a_number_that_no_rig_has_is_told_before_the_chain(tmp_path):
+    """A cart of 40 kg that is said to have 80 kg: residuals are small, the mass is far off."""
+    path = cart.write_cart(tmp_path, seconds=4.0)
+    text = path.read_text("utf-8").replace("noise = 2.0", "noise = 9.0")
+    weighed = "M_Pl = { lognormal = { median = 80.0, factor = 1.1 } }"
+    path.write_text(text.replace("M_Pl = { lognormal = { median = 30.0, factor = 2.0 } }", weighed))
+    study = load(path)
+    said = doubt(study.spec, search(study.problem, 2, 1), 1)
+    assert said is not None
+    assert said.startswith("optimum: M_Pl is ")
+    assert "The chain will not change that" in said

@@ -104,6 +104,26 @@ def test_both_cylinders_of_a_file_have_a_record_each(folder):
     }
 
 
+def test_one_cylinder_is_one_name_and_friction_has_memory_beside_a_release(folder):
+    """In files of one's own: a spreadsheet's title, minutes, inches, psi, and left and right."""
+    header = "elapsed (min);force L (lbf);travel L (in);oil L (psi);travel R (in)"
+    rows = "".join(f"{k};{k};{k / 10};{k / 7};{k / 9}\n" for k in range(40)).replace(".", ",")
+    (folder / "free-run.csv").write_text(f"Idle stroke;;;;\n{header}\n{rows}", "utf-8")
+    (folder / "shot.txt").write_text("Sekunde;az\n" + "0,1;2\n" * 40, "utf-8")
+    for files, memory in ((["free-run.csv"], False), (["free-run.csv", "shot.txt"], True)):
+        assert main([*files, "--force", "--kind", "free-run=free-run"]) == 0
+        text = (folder / "my-rig.toml").read_text("utf-8")
+        effects = tomllib.loads(text)["model"]["effects"]
+        assert ("frequency-dependent-friction" in effects) is memory
+    assert {r["cylinder"]: list(r["channels"]) for r in tables()} == {
+        "L": ["time", "load", "stroke", "pressure"],
+        "R": ["time", "stroke"],
+        "A": [],
+    }
+    assert "# no column names one" in text
+    assert '# time = { column = "Sekunde"' in text
+
+
 def test_names_that_toml_must_quote(folder):
     name = 'p "in" \\ \x7f'
     (folder / "field [1].csv").write_text(

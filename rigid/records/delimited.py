@@ -1,6 +1,7 @@
 """Plain tables: comma, semicolon or tab between the columns, with or without a header."""
 
 import csv
+import itertools
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -59,10 +60,16 @@ def parse(path: Path, text: str) -> Table:
 
 
 def titles(lines: Sequence[str], separator: str) -> int:
-    """How many lines stand above a header: with fewer cells than it and the rows below it have."""
+    """How many lines stand above a header: with fewer cells than it and the rows below it have.
+
+    A spreadsheet fills a title up with empty cells; they do not count.
+    """
     seen = [(n, line) for n, line in enumerate(lines) if line.strip() and line[:1] != COMMENT]
     seen = seen[:LOOK_AT]
     width = [line.count(separator) for _, line in seen]
+    bare = itertools.takewhile(lambda each: separator not in each[1].rstrip(f"{separator} "), seen)
+    for k, _ in enumerate(bare):
+        width[k] = 0
     if len(seen) < 3 or width[0] >= width[-1]:
         return 0
     first = width.index(width[-1])

@@ -8,14 +8,15 @@ from rigid.records.table import Table
 from rigid.records.units import BETWEEN, DIMENSIONS, TIMESTAMP, UNITS, dimensioned, hinted, known
 
 WORDS = {
-    "time": ("timestamp", "datetime", "time", "zeit", "t", "ms"),
+    "time": ("timestamp", "datetime", "time", "elapsed", "zeit", "sekunde", "sekunden", "t", "ms"),
     "load": ("loadcell", "load", "force", "kraft", "last", "f"),
-    "stroke": ("stroke", "displacement", "disp", "lvdt", "position", "pos", "weg", "hub", "s", "x"),
+    "stroke": ("stroke", "displacement", "disp", "lvdt", "position", "pos", "travel", "weg", "hub",
+               "s", "x"),
     "pressure": ("pressure", "press", "druck", "p"),
     "acceleration": ("acceleration", "accel", "acc", "beschleunigung", "a", "ax", "ay", "az"),
-}
+}  # fmt: skip
 """English and German; of a word of one letter the unit decides, where there is one."""
-SIDES = re.compile(r"[A-Da-d]|\d|left|right|links|rechts", re.IGNORECASE)
+SIDES = re.compile(r"[A-DLR]|\d|left|right|links|rechts", re.IGNORECASE)
 """What tells one cylinder's columns from another's, at the end of their names."""
 PARTS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+|[^\W\d_]+")
 BRACKETS = re.compile(r"[\[(][^\[\]()]*[\])]")

@@ -17,6 +17,7 @@ from rigid.spec.write import toml_value
 HEAD = """\
 # A spec to begin with, made from the headers of the files named below. What was guessed says so;
 # what could not be guessed is a line that begins with #. `rigid check` says what is still missing.
+# One cylinder has one name: write the same `cylinder` in all of its records.
 
 title = {title}
 # simulated = true          # where the records are not measured
@@ -28,18 +29,19 @@ title = {title}
 # S_Pl = 44.2e-4                           # m^2, area that the pressure acts on
 
 [model]
-effects = [                 # the default
+effects = [
 {effects}
-    # "frequency-dependent-friction",      # friction with memory: for frames beside releases
+    {memory}
 ]
 
 [sensors]                   # the sheets of your sensors, SI; what is left out has a default
 # load = {{ step = 295.0, noise = 147.5 }}   # step: the least difference of two values in the file
 """
 VALVE = """\
-valve = []                  # when it moved, on the clock of the file, as in
+valve = []                  # when it moved, in seconds on the clock of the file, as in
 #   [{ until = 2.5, position = "open" }, { until = 7.0, position = "shut" }, { position = "tank" }];
 #   leave the line out where it was open throughout"""
+MEMORY = '"frequency-dependent-friction",        # friction with memory, '
 SHAKEN = {"acceleration"}
 FOLDED = re.compile(r"[^a-z]+")
 
@@ -53,7 +55,7 @@ def starter(files: Sequence[Path], kinds: Mapping[str, str], out: Path) -> str:
     there are not.
     """
     names = _names(files)
-    problems, tables = [*_unknown(kinds, names)], []
+    problems, tables, done = [*_unknown(kinds, names)], [], set()
     for name, path in zip(names, files, strict=True):
         if not path.exists():
             problems.append(f"{path}: there is no such file; name files of your loggers")
@@ -64,12 +66,16 @@ def starter(files: Sequence[Path], kinds: Mapping[str, str], out: Path) -> str:
             problems += str(error).splitlines()
             continue
         file = Path(os.path.relpath(path.resolve(), out.resolve().parent)).as_posix()
+        done.add(kinds.get(name) or _kind(name, found)[0])
         for cylinder in cylinders(found):
             tables.append("\n".join(_record(name, file, kinds.get(name, ""), cylinder, found)))
     if problems:
         raise InputError("\n".join(problems))
     effects = "\n".join(f"    {toml_value(effect)}," for effect in ModelSpec().effects)
-    head = HEAD.format(title=toml_value(out.stem), effects=effects)
+    both = "release" in done and len(done) > 1
+    memory = MEMORY + ("as releases stand" if both else "where releases stand")
+    memory = f"{'' if both else '# '}{memory} beside slower records"
+    head = HEAD.format(title=toml_value(out.stem), effects=effects, memory=memory)
     return "\n".join([head, *tables])
 
 
@@ -106,8 +112,8 @@ def _record(
         if kind
         else f'# kind = "frame"            # what was done: one of {", ".join(KINDS)}'
     )
-    says = "            # guessed from the columns' names" if cylinder else ""
-    yield f"cylinder = {toml_value(cylinder or 'A')}{says}"
+    says = "# guessed from the columns' names" if cylinder else "# no column names one"
+    yield f"cylinder = {toml_value(cylinder or 'A'):15} {says}"
     yield f"file = {toml_value(file)}"
     known = KINDS.get(kind)
     if known is None or (known.valve is not None and not known.held):

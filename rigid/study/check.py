@@ -68,12 +68,13 @@ class Checked(CommandResult):
             )
             lines += [f"    {note}" for note in one["notes"]]
         lines += [f"{name:24}field; for bands" for name in found["field_records"]]
+        wide = max([30, *(len(one["name"]) for one in found["parameters"])]) + 2
         if found["parameters"]:
-            head = f"{'parameter':32}{'unit':10}{'prior':18}{'5 %':>12}{'median':>12}{'95 %':>12}"
-            lines += ["", head]
+            head = f"{'unit':10}{'prior':18}{'5 %':>12}{'median':>12}{'95 %':>12}"
+            lines += ["", f"{'parameter':{wide}}{head}"]
         for one in found["parameters"]:
             figures = "".join(f"{one[key]:12.5g}" for key in ("q05", "median", "q95"))
-            lines.append(f"{one['name']:32}{one['unit']:10}{one['prior']:18}{figures}")
+            lines.append(f"{one['name']:{wide}}{one['unit']:10}{one['prior']:18}{figures}")
         if found["sampler"] is not None:
             told = found["sampler"]
             says = [_sentence(told), told["takes"], self.spec.why_solver]

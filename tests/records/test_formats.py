@@ -44,6 +44,7 @@ PLAIN = {
     "header behind #, units not": "#time,load\ns,kN\n0,1.5\n0.1,2.5\n",
     "header ends in a separator": "time,load,\n0,1.5\n0.1,2.5\n",
     "titles": "Frame test, no. 2.5\noperator: AB\ntime\tload\n0\t1.5\n0.1\t2.5\n",
+    "a spreadsheet's title": "Frame test, no. 2.5;\n;\ntime;load\n0;1.5\n0.1;2.5\n",
     "a title and units": "Frame test\n\ntime;load\ns;kN\n0;1.5\n0.1;2.5\n",
     "exponents": "time,load\n0,1.5e0\n1E-1,25e-1\n",
 }

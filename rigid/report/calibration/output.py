@@ -246,15 +246,15 @@ def _beside(spec: Spec, path: Path) -> str:
 
 def table(found: Result) -> str:
     """The parameters as a table for the terminal, with the gap and the verdict."""
-    lines = [
-        f"{'parameter':32}{'unit':8}{'median':>12}{'5 %':>12}{'95 %':>12}{'ESS':>8}{'R-hat':>8}"
-    ]
+    wide = max([30, *(len(row.name) for row in found.parameters)]) + 2
+    head = f"{'unit':8}{'median':>12}{'5 %':>12}{'95 %':>12}{'ESS':>8}{'R-hat':>8}"
+    lines = [f"{'parameter':{wide}}{head}"]
     for row in found.parameters:
         s = row.summary
         ess = f"{s.ess_bulk:8.0f}" if s.ess_bulk is not None else f"{'-':>8}"
         r_hat = f"{s.r_hat:8.3f}" if s.r_hat is not None else f"{'-':>8}"
         lines.append(
-            f"{row.name:32}{row.unit:8}{s.median:12.5g}{s.q05:12.5g}{s.q95:12.5g}{ess}{r_hat}"
+            f"{row.name:{wide}}{row.unit:8}{s.median:12.5g}{s.q05:12.5g}{s.q95:12.5g}{ess}{r_hat}"
         )
     note = "simulated data; " if found.simulated else ""
     verdict = "is usable" if found.usable else "must not be used as it stands"

@@ -20,6 +20,7 @@ from rigid.inference.summary import (
 from rigid.io.provenance import versions
 from rigid.report.calibration.output import REPORTED_HZ, residuals_check
 from rigid.report.paper_values import of_the_paper, published
+from rigid.report.usability import optimum
 from rigid.spec import Spec
 
 DRAWS = 2000
@@ -51,13 +52,14 @@ def preliminary(spec: Spec, found: Found, seed: int, began: float) -> Result:
 
 
 def doubt(spec: Spec, found: Found, seed: int) -> str | None:
-    """What to do where the best fit does not explain the records; None where it does."""
-    listed = channels(found, found.optima[0].z[None], seed)
-    check = residuals_check(listed)
-    if check.ok:
+    """What to do where the best fit speaks against the model; None where it does not."""
+    shown = channels(found, found.optima[0].z[None], seed)
+    bad = [one for one in (residuals_check(shown), optimum(found.settled)) if not one.ok]
+    if not bad:
         return None
+    why = "; ".join(f"{one.name}: {one.says}" for one in bad)
     return (
-        f"{check.name}: {check.says}. The chain will not change that: stop (Ctrl-C) and run "
+        f"{why}. The chain will not change that: stop (Ctrl-C) and run "
         f"`rigid discover {spec.path.name}`, which looks for what the model lacks; or let it run"
     )
 
@@ -91,11 +93,12 @@ def _figures(values: np.ndarray) -> Summary:
 def table(found: Result) -> str:
     """Lines for the terminal; numbers that no one waits for are left out."""
     lines = [f"first answer after {found.cost.wall_s:.0f} s ({SAYS}):"]
-    for row in found.parameters:
-        if not row.name.startswith(LOCAL):
-            s = row.summary
-            figures = f"{s.median:12.5g}  {s.q05:.5g} to {s.q95:.5g}"
-            lines.append(f"  {row.name:30}{figures} {row.unit}")
+    shown = [row for row in found.parameters if not row.name.startswith(LOCAL)]
+    wide = max(len(row.name) for row in shown)
+    for row in shown:
+        s = row.summary
+        figures = f"{s.median:12.5g}  {s.q05:.5g} to {s.q95:.5g}"
+        lines.append(f"  {row.name:{wide}}{figures} {row.unit}")
     return "\n".join(lines)
 
 

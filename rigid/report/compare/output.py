@@ -21,6 +21,7 @@ def as_dict(found: Compared) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
         "usable": found.usable,
+        "checks": [asdict(check) for check in found.checks],
         "simulated": any(run.simulated for run in found.runs),
         "runs": [
             {
@@ -74,13 +75,16 @@ def write(folder: Path, found: Compared) -> None:
 def table(found: Compared) -> str:
     """Text for standard output: what moved, farthest first, by run."""
     lines = []
+    names = (move.parameter for moved in found.moved for move in moved)
+    wide = max([30, *map(len, names)]) + 2
     for one, moved in zip(found.sharings, found.moved, strict=True):
         lines.append(f"{one.reference} -> {one.run}: {SAYS[one.rule]}")
-        lines.append(f"{'parameter':34}{'unit':8}{'before':>13}{'after':>13}{'moved [sd]':>12}")
+        head = f"{'unit':8}{'before':>13}{'after':>13}{'moved [sd]':>12}"
+        lines.append(f"{'parameter':{wide}}{head}")
         for move in moved:
             z = "-" if move.z is None else f"{move.z:+.2f}"
             lines.append(
-                f"{move.parameter[:33]:34}{move.unit:8}{move.before.median:13.5g}"
+                f"{move.parameter:{wide}}{move.unit:8}{move.before.median:13.5g}"
                 f"{move.after.median:13.5g}{z:>12}"
             )
     lines += [

@@ -186,7 +186,7 @@ def _with_posterior(run: Run, tree: xr.DataTree) -> Run:
         versions=_table(told.get("versions")),
         sha256=_table(told.get("sha256")),
         usable=None if usable is None else bool(usable),
-        failed=tuple(part for part in failed.split(",") if part),
+        failed=(failed,) if failed else (),
         parameters=_from_draws(posterior),
         friction=_friction(posterior),
     )
