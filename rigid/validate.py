@@ -47,6 +47,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         choices=WAYS,
         help="break the likelihood on purpose, to see the validation fail",
     )
+    parser.add_argument(
+        "--discover",
+        type=_count,
+        default=0,
+        metavar="N",
+        help="count false alarms of rigid discover on N of the campaigns; a minute or more each",
+    )
 
 
 def _count(text: str) -> int:
@@ -64,7 +71,12 @@ def validate(options: Options) -> int:
 
         own = options.own
         asked = Replicates(
-            own["replicates"], own["full"], own["posterior"], own["misfit"], own["broken"]
+            own["replicates"],
+            own["full"],
+            own["posterior"],
+            own["misfit"],
+            own["broken"],
+            own["discover"],
         )
         return study.validate(asked, out, workers=options.workers, **how)
 

@@ -133,6 +133,23 @@ def test_a_pump_that_changes_its_stage_follows_the_reference():
     assert worst(by_steps(values, BASE, NOMINAL["k_frame"], FLOWS, record), expected) < 1.0
 
 
+def test_errors_fall_with_the_square_of_the_step(monkeypatch):
+    """Half the step, a quarter of the error while a plunger slides and its oil column shortens."""
+    values, names = NOMINAL | DRY["coulomb-friction"], (*MEMORY, "coulomb-friction")
+    rig, record = rig_of(values, names, walkers=True), drive(300, (0.203,), (0, 1))
+    flows, sliding = jnp.asarray([0.0, 0.3])[:, None, None], slice(100, None)
+
+    def cut_in(parts: int) -> dict[str, np.ndarray]:
+        monkeypatch.setattr(staggered, "WITH_BRISTLES", parts)
+        how = (rig, jnp.asarray([0.0]), flows, side_by_side((record,)))
+        found = eqx.filter_jit(lambda *given: staggered.march(*given))(*how)
+        return {k: np.asarray(x)[sliding] for k, x in found.items()}
+
+    finest = cut_in(96)
+    coarse, fine = (worst(cut_in(parts), finest) for parts in (12, 24))
+    assert coarse / fine > 3.0, (coarse, fine)
+
+
 def test_a_stuck_plunger_keeps_its_force():
     """Nothing creeps: over minutes of hold the share of the bristle is what it was."""
     assert float(share_rate(jnp.asarray(0.7), jnp.asarray(0.0), 2e-5)) == 0.0

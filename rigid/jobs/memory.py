@@ -1,11 +1,15 @@
-"""Memory of a process that computes for long: compiled programs are let go where they fill it."""
+"""Memory that is free, and that of a process that computes for long: programs that fill it go."""
 
 import ctypes
 import gc
 import os
 from pathlib import Path
 
+import psutil
+
 MAPS, STATM = Path("/proc/self/maps"), Path("/proc/self/statm")
+GROUP = Path("/sys/fs/cgroup")
+"""Where Linux says what a container may hold."""
 MOST_MAPS = 50_000
 """Mapped regions of memory beyond which compiled programs are let go; Linux grants 65,530, and a
 process that has compiled for some forty campaigns of unlike records comes to its end there."""
@@ -17,6 +21,16 @@ each held 8 and 9 GB, and one was killed."""
 def resident() -> int:
     """Bytes of memory that the process holds; 0 where that is not told."""
     return int(STATM.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") if STATM.exists() else 0
+
+
+def available() -> int:
+    """Bytes of memory that a process can still take, within the bounds of its container."""
+    free = psutil.virtual_memory().available
+    bound = GROUP / "memory.max"
+    if not bound.exists() or (most := bound.read_text().strip()) == "max":
+        return free
+    held = dict(line.split() for line in (GROUP / "memory.stat").read_text().splitlines())
+    return min(free, max(int(most) - int(held["anon"]), 0))
 
 
 def shed(held: int) -> bool:

@@ -12,13 +12,14 @@ Hairer, Lubich and Wanner 2003, Acta Numerica 12, 399-450.
 Arrays carry the walkers on their last axis: every operation is elementwise over it.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jax import Array
 
+from rigid.effects.base import AbstractEffect
 from rigid.physics.delay import on_record, stepped
 from rigid.physics.drive import Drives, Plan, plan
 from rigid.physics.release import NODE
@@ -33,6 +34,11 @@ SUBSTEPS, WITH_BRISTLES, RELEASE_SUBSTEPS = 16, 24, 4
 
 AT_WORK = (-1e-3, 0.0, 1e-3, 0.0, 136e5)
 """State at which the Jacobian is taken [m, m/s, m, m/s, Pa]: 60 kN, in contact."""
+
+
+def steps_a_sample(effects: Iterable[AbstractEffect | type[AbstractEffect]]) -> int:
+    """Return into how many steps a sample of slow records is cut."""
+    return WITH_BRISTLES if any(effect.bristle for effect in effects) else SUBSTEPS
 
 
 def at_work(rig: Rig, outside: Surroundings, column: Array) -> Array:
@@ -87,7 +93,7 @@ def march(
 
     - `angles` (tracks, walkers) [rad]: of the pump when a record begins.
     """
-    parts = WITH_BRISTLES if stiff_states(rig) else SUBSTEPS
+    parts = steps_a_sample(rig.effects)
     grid = plan(drives.finer(parts))
     strokes = foreseen(rig, contact, fractions, drives)
     advance = _advancer(rig, contact, (fractions, angles), grid, strokes)
@@ -113,12 +119,13 @@ def march(
 
 
 class Table(NamedTuple):
-    """Step matrices of one rig at two oil columns, (n, n, ...) each, and A.
+    """A, Phi(h) and Phi(h/2) of one rig at the lower stroke, and their change to the higher.
 
-    - `whole`, `half`: Phi(h) and Phi(h/2) at the lower stroke, and their change to the higher.
+    (n, n, ...) each. A goes along with the oil column as Phi does: with one A for all of a record,
+    errors are of first order in h.
     """
 
-    matrix: Array
+    matrix: tuple[Array, Array]
     whole: tuple[Array, Array]
     half: tuple[Array, Array]
 
@@ -128,7 +135,7 @@ def _pair(matrix: Array, length: Array | float, rig: Rig) -> Table:
     whole = step_matrix(matrix, length, rig.scales)
     half = step_matrix(matrix, 0.5 * jnp.asarray(length), rig.scales)
     return Table(
-        matrix[:, :, 0],
+        (matrix[:, :, 0], matrix[:, :, 1] - matrix[:, :, 0]),
         (whole[:, :, 0], whole[:, :, 1] - whole[:, :, 0]),
         (half[:, :, 0], half[:, :, 1] - half[:, :, 0]),
     )
@@ -141,7 +148,7 @@ def _midpoint(flat: Array, rates: Callable, table: Table, place: Array) -> Array
     """
     first = rates(flat)
     middle = flat + _between(table.half, place, first)
-    moved = rates(middle) - apply(table.matrix, middle - flat)
+    moved = rates(middle) - _between(table.matrix, place, middle - flat)
     return flat + _between(table.whole, place, moved)
 
 
@@ -206,8 +213,9 @@ def ring(rig: Rig, preload: Array, delay: Array, interval: float, samples: int) 
     h, first = interval / RELEASE_SUBSTEPS, delay / RELEASE_SUBSTEPS
     tables = (_pair(matrix, h, rig), _pair(matrix, first, rig))
 
-    def step(flat: Array, table: Table, length: Array | float, at: Array) -> Array:
-        flat = relaxed(rig, flat, length)
+    def step(flat: Array, table: Table, lengths: tuple, at: Array | float) -> Array:
+        before, length = lengths  # bristles live in the middle of steps
+        flat = relaxed(rig, flat, 0.5 * (before + length))
         stroke = flat[2] - flat[0] + 0.5 * length * (flat[3] - flat[1])
         outside = FREE._replace(time=at + 0.5 * length)
 
@@ -218,12 +226,14 @@ def ring(rig: Rig, preload: Array, delay: Array, interval: float, samples: int) 
 
     def advance(flat: Array, number: Array) -> tuple[Array, Array]:
         time = delay + number * interval
-        read = rig.motion(flat, FREE._replace(time=time)).plunger_acceleration
+        before = jnp.where(number == 0, first, h)
+        level = relaxed(rig, flat, 0.5 * before)
+        read = rig.motion(level, FREE._replace(time=time)).plunger_acceleration
         for i in range(RELEASE_SUBSTEPS):
-            flat = step(flat, tables[0], h, time + i * h)
+            flat = step(flat, tables[0], (h if i else before, h), time + i * h)
         return flat, read
 
     flat = rest_under(rig, preload)
     for i in range(RELEASE_SUBSTEPS):
-        flat = step(flat, tables[1], first, i * first)
+        flat = step(flat, tables[1], (first if i else 0.0, first), i * first)
     return jax.lax.scan(advance, flat, jnp.arange(samples))[1]

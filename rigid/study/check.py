@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from rigid.inference.demand import demand
 from rigid.io.files import finite
+from rigid.jobs.memory import available
 from rigid.likelihood.parameters import Parameter
 from rigid.likelihood.problem import Problem, walkers
 from rigid.physics.sensors import UNITS
@@ -74,7 +76,9 @@ class Checked(CommandResult):
             figures = "".join(f"{one[key]:12.5g}" for key in ("q05", "median", "q95"))
             lines.append(f"{one['name']:{wide}}{one['unit']:10}{one['prior']:18}{figures}")
         if found["sampler"] is not None:
-            lines += ["", _sentence(found["sampler"]), *filter(None, [self.spec.why_solver])]
+            told = found["sampler"]
+            says = [_sentence(told), told["takes"], self.spec.why_solver]
+            lines += ["", *filter(None, says)]
         return "\n".join(lines) + "\n"
 
     def _fields(self) -> list[str]:
@@ -88,6 +92,7 @@ class Checked(CommandResult):
         rule, size = self.spec.sampler, problem.parameters.size
         wide = rule.walkers or walkers(problem)
         step = rule.ensembles * wide * (size + 1) * BYTES
+        takes = demand(problem, rule)
         return {
             "parameters": size,
             "samples": int(sum(np.count_nonzero(np.asarray(p.weight)) for p in problem.pieces)),
@@ -95,6 +100,10 @@ class Checked(CommandResult):
             "walkers": wide,
             "chain_bytes_per_block": step * rule.block,
             "chain_bytes_at_most": step * rule.max_steps,
+            "takes": takes.says,
+            "memory_bytes": takes.memory,
+            "memory_free_bytes": available(),
+            "seconds": takes.seconds,
         }
 
 

@@ -17,6 +17,7 @@ from jax.typing import ArrayLike
 
 from rigid.friction.models import without_friction
 from rigid.inference.calibrate import calibrate
+from rigid.inference.demand import demand
 from rigid.inference.search import Found
 from rigid.inference.solver_choice import left_open, with_solver
 from rigid.inference.summary import write_result_json
@@ -136,8 +137,8 @@ class Study:
     ) -> Fit:
         """Fit the spec to its records.
 
-        Raises InputError for a spec of published numbers, EnvironmentFaultError where the folder
-        cannot be used.
+        Raises InputError for a spec of published numbers and where the machine has not the memory,
+        EnvironmentFaultError where the folder cannot be used.
         """
         if self.spec.published is not None:
             raise InputError(
@@ -146,6 +147,9 @@ class Study:
         began = time.monotonic()
         options = self._options(out, seed, resume, quiet)
         problem = self.problem  # what is wrong with records shows before a folder is made
+        takes = demand(problem, self.solved.sampler)
+        takes.require_room(self.spec.path)
+        say(quiet, takes.says)
         with self._running("fit"), _folder(options) as folder:
             done = calibrate(
                 self.solved, self.records, problem, options, folder, self._first(options, began)

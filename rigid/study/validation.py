@@ -23,6 +23,7 @@ from rigid.report.validation.present import content, table
 from rigid.report.validation.section import kind
 from rigid.smoothing.laws import read_law
 from rigid.spec import Spec
+from rigid.study.alarms import count_alarms
 from rigid.study.result import CommandResult
 from rigid.validation.agreement import Agreement, agreement
 from rigid.validation.campaign import Base, standard
@@ -45,6 +46,7 @@ class Replicates:
     - `misfit`: prior sds by which a constant of the rig is drawn from elsewhere, each in turn.
     - `broken`: break the likelihood on purpose, one of "noise-halved", "rounding-ignored",
       "colour-ignored", "record-twice".
+    - `discover`: campaigns of which discovery is asked what is missing, though nothing is.
     """
 
     count: int = 100
@@ -52,12 +54,18 @@ class Replicates:
     posterior: Path | str | None = None
     misfit: float = 0.0
     broken: str | None = None
+    discover: int = 0
 
     def __post_init__(self) -> None:
         if self.broken is not None and self.broken not in BREAKS:
             raise InputError(f"broken = {self.broken!r}: it is one of {', '.join(BREAKS)}")
         if self.count < 1:
             raise InputError(f"{self.count} replicates: at least 1 is needed")
+        if self.discover and (self.misfit or self.broken):
+            raise InputError(
+                "discover counts alarms on campaigns from which nothing is missing: leave out "
+                "misfit and broken"
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,10 +135,14 @@ def validate(base: Base, asked: Replicates, seed: int, options: Options) -> Vali
     with told(options, "replicates", len(jobs)) as report:
         rows = list(run(one, jobs, options.workers, path, resume=options.resume, report=report))
     used = [r["value"] for r in rows if r["failed"] is None and r["value"]["good"]]
+    found = verdict(design, rows)
+    if asked.discover:
+        heard = count_alarms(base, asked.discover, design, replace(options, out=kept))
+        found = replace(found, alarms=heard)
     return Validation(
         spec=spec,
         records=base.records,
-        verdict=verdict(design, rows),
+        verdict=found,
         effects=effects(used) if design.shift else (),
         beside=_beside(kept, design, used),
     )

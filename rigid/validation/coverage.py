@@ -42,8 +42,16 @@ def coverage(ranks: np.ndarray, level: float) -> Coverage:
     inside = abs(ranks - 0.5) <= 0.5 * level
     hits, n = int(inside.sum()), len(ranks)
     tested = binomtest(hits, n, level)
-    interval = tested.proportion_ci(CONFIDENCE, "exact")
-    return Coverage(level, hits, n, interval.low, interval.high, float(tested.pvalue))
+    low, high = clopper_pearson(hits, n)
+    return Coverage(level, hits, n, low, high, float(tested.pvalue))
+
+
+def clopper_pearson(hits: int, n: int) -> tuple[float, float]:
+    """Return the exact band of a rate of which n trials gave so many hits; all of it for none."""
+    if not n:
+        return 0.0, 1.0
+    interval = binomtest(hits, n).proportion_ci(CONFIDENCE, "exact")
+    return float(interval.low), float(interval.high)
 
 
 def shown_from(n: int, level: float, alpha: float) -> float:

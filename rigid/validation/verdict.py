@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from rigid.inference.summary import Check
+from rigid.validation.alarms import Alarms
 from rigid.validation.coverage import LEVELS, Coverage, coverage, shown_from
 from rigid.validation.design import Design
 from rigid.validation.ecdf import p_value
@@ -73,6 +74,7 @@ class Verdict:
     - `design`. - `tested`: every quantity, the joint ones last. - `replicates`: used.
     - `unreliable`: fitted, but with sums that cannot be trusted; left out. - `failed`: not fitted.
     - `refused`: draws that the readers refused, over all replicates. - `cpu_s`: CPU time of all.
+    - `alarms`: of discovery on the same campaigns; None where it was not asked.
     """
 
     design: Design
@@ -82,13 +84,15 @@ class Verdict:
     failed: int
     refused: int
     cpu_s: float
+    alarms: Alarms | None = None
 
     @property
     def checks(self) -> tuple[Check, ...]:
         """What must hold for the method to be trusted on this spec."""
+        heard = () if self.alarms is None else (self.alarms.check,)
         if self.replicates < 2:
-            return (self._enough,)
-        return (self._enough, self._reliable, self._marginal, self._joint)
+            return (self._enough, *heard)
+        return (self._enough, self._reliable, self._marginal, self._joint, *heard)
 
     @property
     def usable(self) -> bool:

@@ -89,7 +89,8 @@ def _shared(
     names: tuple[str, ...], table: np.ndarray, sure: np.ndarray, alone: np.ndarray
 ) -> dict[str, float]:
     """Log of the pairs that count for each effect; `sure`, `alone` (m,): see `Odds`."""
-    surer, tied = _above(sure), np.abs(sure[:, None] - sure) < AS_SURE
+    # Two that explain nothing at all, -inf each, are tied.
+    surer, tied = _above(sure), np.isclose(sure[:, None], sure, rtol=0.0, atol=AS_SURE)
     mine = np.where(np.where(tied, _above(alone), surer), table, -np.inf)
     return dict(zip(names, np.logaddexp.reduce(mine, axis=1).tolist(), strict=True))
 

@@ -30,6 +30,7 @@ def as_dict(
         "refused_draws": found.refused,
         "quantities": {one.name: _tested(one) for one in found.tested},
         "fast_beside_full": None if beside is None else asdict(beside) | {"ok": beside.ok},
+        "discovery": None if found.alarms is None else asdict(found.alarms),
         "misfit": [_effect(one) for one in misfits],
         "cpu_s": finite(round(found.cpu_s, 1)),
         "seed": found.design.seed,

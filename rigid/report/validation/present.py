@@ -43,6 +43,7 @@ def content(
         notes=notes(found, beside),
         misfits=tuple(first_for_each(misfits)),
         by=found.design.shift,
+        alarms=found.alarms,
         shown=tuple(
             RankShown(
                 one.name,
@@ -168,8 +169,7 @@ def table(found: Verdict, beside: Agreement | None, misfits: Sequence[Effect]) -
         lines += [_line(one) for one in dict.fromkeys(shown)]
         if len(shown) < len(found.tested):
             lines.append(f"({len(found.tested) - len(shown)} more quantities in the report)")
-    if beside is not None:
-        lines.append(beside.says)
+    lines += [one.says for one in (beside, found.alarms) if one is not None]
     return "\n".join(lines) + "\n"
 
 

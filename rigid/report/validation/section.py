@@ -8,6 +8,7 @@ from jaxtyping import Float
 from rigid.report.content import Content
 from rigid.report.section import Kind
 from rigid.report.validation import figures
+from rigid.validation.alarms import Alarms
 from rigid.validation.misfit import Effect
 from rigid.validation.verdict import Tested
 
@@ -40,7 +41,7 @@ class ValidationContent(Content):
     """The section, complete.
 
     - `tested`: quantities. - `heads`: of the columns of intervals. - `notes`: sentences.
-    - `misfits`; `by`: their shift.
+    - `misfits`; `by`: their shift. - `alarms`: of discovery, None where it was not asked.
     - `shown`: curves; `least`, `greatest` (points,): the band that holds 95 % of sound ones.
     """
 
@@ -49,6 +50,7 @@ class ValidationContent(Content):
     notes: tuple[str, ...]
     misfits: tuple[Effect, ...]
     by: float
+    alarms: Alarms | None
     shown: tuple[RankShown, ...]
     least: Float[np.ndarray, " points"]
     greatest: Float[np.ndarray, " points"]
