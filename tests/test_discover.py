@@ -37,9 +37,7 @@ def made(folder: Path, seed: int, name: str | None) -> Path:
     campaign(seed, folder, field=False, conditions=conditions, secrets=secrets)
     path = folder / "calibration.toml"
     listed = "".join(f'    "{one}",\n' for one in CANDIDATES)
-    text = path.read_text("ascii").replace(
-        "\n[[records]]", f"candidates = [\n{listed}]\n\n[[records]]", 1
-    )
+    text = path.read_text("ascii").replace("[model]\n", f"[model]\ncandidates = [\n{listed}]\n", 1)
     path.write_text(text, "ascii")
     return path
 
@@ -98,9 +96,7 @@ def test_verdict(seed: int, name: str | None, verdict: str, tmp_path: Path, caps
 def test_unknown_candidates_are_refused(tmp_path: Path):
     campaign(810_003, tmp_path, field=False, conditions=Conditions(clock=CLOCK))
     path = tmp_path / "calibration.toml"
-    text = path.read_text("ascii").replace(
-        "\n[channels.A]", 'candidates = ["hose-drop"]\n\n[channels.A]', 1
-    )
+    text = path.read_text("ascii").replace("[model]\n", '[model]\ncandidates = ["hose-drop"]\n', 1)
     path.write_text(text, "ascii")
     assert tomllib.loads(text)["model"]["candidates"] == ["hose-drop"]
     given = Options(

@@ -167,7 +167,7 @@ def edited(spec: str, case: Case) -> str:
     head, *records = spec.split("[[records]]\n")
     if case.without:
         kept = "".join(f'    "{name}",\n' for name in NAMES if name not in case.without)
-        head = f"{head.rstrip()}\ncandidates = [\n{kept}]\n\n"
+        head = head.replace("[model]\n", f"[model]\ncandidates = [\n{kept}]\n", 1)
     if case.noise != 1.0:
         sheets = [f"[sensors.{q}]\nnoise = {case.noise * law[2]}\n" for q, law in SENSORS.items()]
         head += "\n".join(sheets) + "\n"
