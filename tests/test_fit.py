@@ -118,6 +118,12 @@ def test_standard_output_is_the_table_alone(fitted):
     assert fitted.done.stderr.splitlines()[0].startswith("rigid ")
 
 
+def test_standard_deviations_are_those_of_the_intervals(fitted):
+    """A walker that is still under way would widen the first alone, which ranks do not see."""
+    for name, row in fitted.result["parameters"].items():
+        assert row["sd"] < 1.3 * (row["q95"] - row["q05"]) / 3.29, name
+
+
 def test_result_json_has_the_keys_of_the_contract(fitted):
     result = fitted.result
     assert set(result) == {

@@ -128,7 +128,8 @@ def test_draws_have_the_moments_of_the_target():
             assert abs(values.mean() - truth) < 4 * values.std() / np.sqrt(ess)
     np.testing.assert_allclose(log_prob(z.reshape(-1, 3)), draws.log_prob.ravel(), rtol=1e-12)
     steps = draws.warmup + z.shape[1]
-    assert draws.evaluations == 4 * 20 * (steps + 1)  # each walker once a step, and at the start
+    # Each walker once a step, and at the start; of those that begin apart, half a block more.
+    assert draws.evaluations == 4 * 20 * (steps + 1) + 2 * 20 * 25
     assert draws.failed == 0
     assert np.all((draws.acceptance > 0.2) & (draws.acceptance < 0.9))
 
@@ -172,6 +173,22 @@ def test_ensembles_that_begin_apart_draw_from_the_target_all_the_same():
             ess, _ = convergence.effective_sizes(rows)
             assert abs(rows.mean() - mean[i]) < 4 * rows.std() / np.sqrt(ess)
             assert abs(rows.var() / covariance[i, i] - 1.0) < 4 * np.sqrt(2.0 / ess)
+
+
+def test_what_is_kept_of_ensembles_that_begin_apart_has_come_to_the_target():
+    """A thin target: a walker under way would be hundreds of sds off, which ranks do not see."""
+    d, width = 8, 1e-3
+
+    def log_prob(z):
+        return -0.5 * np.sum((z / width) ** 2, axis=1)
+
+    proposal = MixtureProposal((Mode(np.zeros(d), width * np.eye(d), 0.0),), np.ones(1))
+    for seed in (1, 2, 3):
+        settings = replace(QUICK, walkers=64, block=50, ess=500.0, seed=seed)
+        draws = sample.sample(log_prob, proposal, settings)
+        assert draws.converged
+        assert np.abs(draws.z).max() < 7.0 * width
+        assert draws.z.std() == pytest.approx(width, rel=0.1)
 
 
 def test_modes_get_their_weight_wherever_the_walkers_begin():

@@ -23,8 +23,10 @@ def apart(index: int) -> bool:
 
     All ensembles would otherwise share what the proposal misses, and R-hat could not see it. Those
     apart begin between the proposal and the prior, and are led by the moves along other walkers
-    alone in their first block, which is dropped: what they then have found outside of the proposal
-    they keep, since the independence move seldom leads away from there.
+    alone for as many steps as a block has: what they then have found outside of the proposal they
+    keep, since the independence move seldom leads away from there. Half a block of all moves brings
+    those in that have found nothing, before any draw counts: some walkers under way, hundreds of
+    standard deviations off, are not seen by the ranks that R-hat is made of.
     """
     return index % 2 == 1
 
@@ -51,6 +53,8 @@ class Ensemble:
     def block(self, index: int, before: EnsembleState | None) -> EnsembleBlock:
         """Advance ensemble number `index` by a block, or begin it if there is no state before.
 
+        One that begins apart makes more steps in its first block, of which the last are told.
+
         Walkers that never moved in the first block, which is dropped anyway, begin again
         elsewhere for the second.
 
@@ -58,23 +62,29 @@ class Ensemble:
         """
         counted = moves.padded(self._stoppable, self.layout.walkers // 2)
         state = before or self._begin(index, counted)
-        alone = before is None and apart(index)
-        run = self._sampler(counted, moves.along_others() if alone else moves.mixed(self.proposal))
+        steps, led = self.layout.block, before is None and apart(index)
         start = emcee.State(state.coords, log_prob=state.log_prob, random_state=_words(state))
-        for last in run.sample(start, iterations=self.layout.block, skip_initial_state_check=True):
-            start = last
-        accepted = np.asarray(run.backend.accepted).astype(np.int64)
+        runs = []
+        for mix, count in (
+            (moves.along_others(), steps if led else 0),
+            (moves.mixed(self.proposal), steps // 2 if led else steps),
+        ):
+            run = self._sampler(counted, mix)
+            for last in run.sample(start, iterations=count, skip_initial_state_check=True):
+                start = last
+            runs += [run] if count else []
+        accepted = np.sum([one.backend.accepted for one in runs], axis=0).astype(np.int64)
         coords, log_prob = np.array(start.coords), np.array(start.log_prob)
         random = np.random.RandomState()
-        random.set_state(run.random_state)
+        random.set_state(runs[-1].random_state)
         stuck = np.flatnonzero(accepted == 0)
         if before is None and len(stuck):
             coords[stuck], log_prob[stuck] = self._starts(
                 random, self.proposal.sample(random, len(stuck)), counted
             )
         return EnsembleBlock(
-            z=np.array(run.backend.chain),
-            log_prob=np.array(run.backend.log_prob),
+            z=np.concatenate([one.backend.chain for one in runs])[-steps:],
+            log_prob=np.concatenate([one.backend.log_prob for one in runs])[-steps:],
             accepted=accepted,
             evaluations=counted.evaluations,
             failed=counted.failed,

@@ -2,8 +2,8 @@
 
 Records tell some combinations of the numbers a thousand times better than the priors tell each of
 them: the release k_LC over the masses that swing, the frame the sum of 1/k_LC and 1/k_frame. The
-posterior then is a thin sheet, and a bent one, by up to nine of its thicknesses within one standard
-deviation of k_frame. No Gaussian law covers it.
+posterior then is a thin sheet, and a bent one: within one standard deviation of k_frame it leaves
+its tangent by several of its thicknesses. No Gaussian law covers it.
 
 What bends it is how the information matrix G changes from place to place. In units q of the
 Gaussian law at the optimum, where G is the identity, the widest direction first,
@@ -11,7 +11,7 @@ Gaussian law at the optimum, where G is the identity, the widest direction first
     v_k = q_k + 1/2 sum_{i,j<k} C_ijk q_i q_j,    C_ijk = 1/2 (dG_jk/dq_i + dG_ik/dq_j - dG_ij/dq_k)
 
 with Christoffel's symbols C. These are Riemann's normal coordinates (do Carmo 1992, "Riemannian
-geometry", section 3.2), but for terms that would bend a direction by itself or by a narrower one,
+geometry", chapter 3), but for terms that would bend a direction by itself or by a narrower one,
 which are small. Without them each q_k follows from v_k and the wider q, and volumes are kept:
 densities are the same in q and in v.
 """

@@ -107,7 +107,7 @@ def sample(
     """Draw from the posterior until the stopping rule is met or `settings.max_steps` are done.
 
     - log_prob: (walkers // 2, d) -> (walkers // 2,), always that shape; called from several threads
-    - proposal: where walkers begin and half of their steps come from
+    - proposal: where walkers begin and most of their steps come from
     - monitor: z (n, d), n the same at every call -> quantities (n,) by name that must have
       converged; left out: the components of z
     - checkpoint: open; takes each block, and what it holds is gone on with, proposal included
