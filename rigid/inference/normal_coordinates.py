@@ -31,7 +31,7 @@ from rigid.likelihood.problem import Problem
 
 WIDE = 0.02
 """Posterior sd [prior sds] of directions along which G is taken to change: the records are all but
-linear along narrower ones. With 0.003 the law covers no better (studies/inference-notes.md)."""
+linear along narrower ones. With 0.003 the law covers no better (docs/studies/coordinates.md)."""
 
 
 def normal_chart(found: Found) -> Chart:

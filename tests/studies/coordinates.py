@@ -2,9 +2,10 @@
 
     python tests/studies/coordinates.py --campaigns 0 1 2 5 7 8 9 10
 
-Campaigns are those that `rigid validate` draws of the priors of fits/calibration.toml. Each is fitted
-as a replicate is; then a law is fitted to the posterior in the coordinates with sums alone and in normal
-coordinates, with symbols along directions down to two widths. Resumable; OUT.jsonl, OUT.md.
+Campaigns are those that `rigid validate` draws of the priors of fits/calibration.toml. Each is
+fitted as a replicate is; then a law is fitted to the posterior in the coordinates with sums alone
+and in normal coordinates, with symbols along directions down to two widths. Resumable; OUT.jsonl,
+OUT.md.
 """
 
 import argparse
@@ -91,12 +92,14 @@ def main() -> int:
     today = datetime.datetime.now(datetime.UTC).date().isoformat()
     text = f"""# Normal coordinates
 
-`python {" ".join(sys.argv)}`, code of {code}, {today} (simulated, seed {SEED}).
+`python {" ".join(sys.argv)}`, code of {code}, {today}
+(simulated, seed {SEED}).
 
-Campaigns that `rigid validate` draws from the priors of `fits/calibration.toml`. "bend": by how many of its
-standard deviations a narrow direction leaves the tangent within one of a wide one, at most. Then the share of
-effective draws of the fitted proposal and the Pareto shape of its weights, from 2,048 draws: with sums and ratios
-alone; in [normal coordinates](../inference.md); and with symbols along narrower directions as well.
+Campaigns that `rigid validate` draws from the priors of `fits/calibration.toml`. "bend": by how
+many of its standard deviations a narrow direction leaves the tangent within one of a wide one, at
+most. Then the share of effective draws of the fitted proposal and the Pareto shape of its weights,
+from 2,048 draws: with sums and ratios alone; in [normal coordinates](../inference.md); and with
+symbols along narrower directions as well.
 
 {page(rows)}
 """
