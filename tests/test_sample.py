@@ -191,6 +191,28 @@ def test_what_is_kept_of_ensembles_that_begin_apart_has_come_to_the_target():
         assert draws.z.std() == pytest.approx(width, rel=0.1)
 
 
+def test_a_chain_goes_on_while_walkers_are_under_way(monkeypatch):
+    """Where nothing brings them in; without the rule it ends with sds many times too wide."""
+    d, width = 8, 1e-3
+
+    def log_prob(z):
+        return -0.5 * np.sum((z / width) ** 2, axis=1)
+
+    proposal = MixtureProposal((Mode(np.zeros(d), width * np.eye(d), 0.0),), np.ones(1))
+    monkeypatch.setattr(ensemble, "SETTLING", 0.0)
+    settings = replace(QUICK, walkers=64, block=50, ess=500.0)
+    short = sample.sample(log_prob, proposal, replace(settings, max_steps=100))
+    assert not short.converged
+    assert "still on the way" in short.says
+    whole = sample.sample(log_prob, proposal, settings)
+    assert whole.converged
+    assert whole.z.std() == pytest.approx(width, rel=0.1)
+    monkeypatch.setattr(sample, "LATE", np.inf)
+    blind = sample.sample(log_prob, proposal, settings)
+    assert blind.converged
+    assert blind.z.std() > 5.0 * width
+
+
 def test_modes_get_their_weight_wherever_the_walkers_begin():
     log_prob, modes = two_modes()
     weights = mode_weights(log_prob, modes, np.random.default_rng(1), 2_000).weights

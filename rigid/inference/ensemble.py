@@ -16,6 +16,8 @@ from rigid.io.errors import UnusableResultError
 # Attempts to find a start with a finite posterior: enough where one draw in ten has one (of a
 # hundred thousand walkers, three fail), and soon over where none has.
 REDRAWS = 100
+# Of a block: steps of all moves that bring those in that began apart, before draws count.
+SETTLING = 0.5
 
 
 def apart(index: int) -> bool:
@@ -67,7 +69,7 @@ class Ensemble:
         runs = []
         for mix, count in (
             (moves.along_others(), steps if led else 0),
-            (moves.mixed(self.proposal), steps // 2 if led else steps),
+            (moves.mixed(self.proposal), round(SETTLING * steps) if led else steps),
         ):
             run = self._sampler(counted, mix)
             for last in run.sample(start, iterations=count, skip_initial_state_check=True):

@@ -23,6 +23,7 @@ MONITORED_PER_BLOCK = 20_000  # draws of a block kept for the monitor: some MB f
 MONITORED_DRAWS = 20_000  # draws a diagnosis looks at, or MONITORED_PER_ESS of each wanted one
 MONITORED_PER_ESS = 6
 MONITORED_STEPS = 64  # and no fewer steps of each walker, so that a chain can be cut in two
+LATE = 50.0  # nats below every draw of the later half: a walker that was still under way
 
 
 @dataclass(frozen=True)
@@ -233,13 +234,21 @@ class _Watch:
             convergence.diagnose(name, values[..., i], several) for i, name in enumerate(self.names)
         ]
         limits = self.settings.r_hat, self.settings.ess
-        self.says = self._stuck() + convergence.lacking(self.found, *limits)
+        self.says = self._stuck() + self._late() + convergence.lacking(self.found, *limits)
 
     def _stuck(self) -> list[str]:
         kept = self.blocks[self.dropped :]
         moved = np.sum([[part.accepted for part in block.ensembles] for block in kept], axis=0)
         stuck = int(np.sum(moved == 0))
         return [f"{stuck} walker(s) have not moved since the warm-up"] if stuck else []
+
+    def _late(self) -> list[str]:
+        """Walkers that came in when draws counted already: the ranks of R-hat do not see a few."""
+        kept = self.blocks[self.dropped :]
+        levels = np.concatenate([[part.log_prob for part in b.ensembles] for b in kept], axis=1)
+        early, later = np.array_split(levels, 2, axis=1)
+        late = int(np.sum(np.any(early < later.min() - LATE, axis=1)))
+        return [f"{late} walker(s) were still on the way to the posterior"] if late else []
 
     def tell(self) -> None:
         """Report where the run stands."""
