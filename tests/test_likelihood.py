@@ -6,12 +6,14 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from rigs import SHEETS, frame_problem, release_problem
+from scipy import stats
 
-from rigid.likelihood.channels import Piece
+from rigid.likelihood.channels import Piece, SensorSheet
 from rigid.likelihood.groups import SlowGroup
 from rigid.likelihood.marginal import BLOCK, marginal_likelihood
 from rigid.likelihood.noise import marginal, quadratic
 from rigid.likelihood.problem import log_density, log_posterior
+from rigid.likelihood.quantisation import interval
 
 
 @pytest.fixture(scope="module")
@@ -88,6 +90,37 @@ def test_value_is_the_sum_over_samples():
     np.testing.assert_allclose(got.value, marginal(again, best, sheet.spread).value, atol=1e-4)
 
 
+@pytest.mark.parametrize("sigma_steps", [0.1, 0.15, 0.22])
+def test_noise_small_against_the_step_is_no_better_for_it(sigma_steps: float):
+    """A load that hardly moves, read as two codes: few samples tell the zero, and not by a mean.
+
+    An expansion where least squares ends promised hundreds of nats for a noise of half of the true
+    one, and a search went to and fro between the two.
+    """
+    rng, n, step = np.random.default_rng(57), 1500, 295.0
+    sheet = SensorSheet(step=step, noise=step / 2, gain_sd=0.0, zero_sd=100.0)
+    true = 20.0 * np.sin(np.linspace(0.0, 6.0, n))
+    read = true + 60.0 + 0.22 * step * rng.standard_normal(n)
+    data = np.round(read / step) * step
+    piece = Piece(0, "load", sheet, (0,), ("A",), data[:, None], np.ones((n, 1)))
+    sigma = sigma_steps * step
+    found = marginal_likelihood(
+        (piece,),
+        [{"load": jnp.asarray(true)[:, None, None]}],
+        {"noise[load,A]": jnp.array([sigma])},
+    )
+    zeros = np.linspace(0.0, 200.0, 2001)
+    r = jnp.asarray((data - true)[:, None] - zeros)
+    values = np.asarray(interval(r, jnp.asarray(sigma), step).value).sum(axis=0)
+    logs = values + stats.norm.logpdf(zeros, 0.0, sheet.zero_sd)
+    exact = logs.max() + np.log(np.exp(logs - logs.max()).sum() * (zeros[1] - zeros[0]))
+    # The curve through `interval` is wrong by up to 1e-3 a sample where noise is that small.
+    assert float(found.value[0]) == pytest.approx(exact, abs=0.1 if sigma_steps > 0.1 else 0.5)
+    assert float(found.sensors["load,A"].best.zero[0]) == pytest.approx(
+        zeros[logs.argmax()], abs=0.2 * float(found.sensors["load,A"].var_zero[0]) ** 0.5 + 0.1
+    )
+
+
 def test_readings_of_a_solve_that_blew_up_are_never_probable(monkeypatch):
     """Steps of a rig of next to no friction read 1e70 N, and that once was worth e^(1e43)."""
     rng, n = np.random.default_rng(55), 2 * BLOCK
@@ -103,7 +136,7 @@ def test_readings_of_a_solve_that_blew_up_are_never_probable(monkeypatch):
     assert np.all(np.isfinite(value()[size < 1e4]))
     assert np.all(value() < 0.0)
     monkeypatch.setattr("rigid.likelihood.marginal.FAR", np.inf)
-    assert np.any(value() > 1e6)
+    assert not np.all(value()[size > 1e8] == -np.inf)
 
 
 def test_halves_of_the_weight_count_half():

@@ -6,11 +6,11 @@ Pieces of one shape take turns in one program, each a block of samples at a time
 import dataclasses
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial, reduce
-from operator import add
 from typing import NamedTuple, TypeVar
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
 from rigid.likelihood import noise
@@ -23,6 +23,14 @@ FAR = 1e6
 """Readings so many times larger than what was read, root mean square, are those of a solve that
 blew up. Beyond some 1e8 nothing is left of the data in sums of squares, and what rounding leaves of
 them has made log-likelihoods of +1e98."""
+
+CLOSE = 0.05
+"""Nats by which an expansion in gain and zero may be wrong at the top that it promises. Of third
+order it is at most some (2 promise)^(3/2) / 6 / sqrt(n), n samples telling the zero; steps of the
+reference campaign's channels, 0.3 to 0.5 sds of noise, leave a tenth of that."""
+
+SHORTER, MOST_TRIES = 0.25, 40
+"""Of a step that leads down, the share that is tried next; steps in all."""
 
 BLOCK = 64
 """Samples summed at a time; a block of all tracks and walkers stays in the processor's cache."""
@@ -114,23 +122,56 @@ def _stacked(trees: Iterable[Tree]) -> Tree:
     return jax.tree.map(lambda *rows: jnp.stack(rows), *trees)
 
 
-def _by_sensor(pieces: tuple[Piece, ...], found: Mapping[int, Tree]) -> dict[str, Tree]:
-    """Sum what was found of every piece, (tracks, walkers) each, over the tracks of each sensor."""
-    out: dict[str, Tree] = {}
-    for number, piece in enumerate(pieces):
-        for i, label in enumerate(piece.sensors):
-            mine = jax.tree.map(lambda a, i=i: a[i], found[number])
-            out[label] = jax.tree.map(add, out[label], mine) if label in out else mine
-    return out
+class Sensors(NamedTuple):
+    """The sensors of all pieces.
 
-
-def _calibrations(
-    pieces: tuple[Piece, ...], turns: list[Turns]
-) -> tuple[dict[str, noise.Calibration], Array]:
-    """Return every sensor's most probable gain and zero under Gaussian noise, (walkers,).
-
-    And whether readings are near enough to the data for a likelihood, (walkers,).
+    - `labels`; `spread`: prior sds of their gains and zeros, (sensors, 1) each.
+    - `of`: by piece, which sensor read each of its tracks (tracks,).
     """
+
+    labels: tuple[str, ...]
+    spread: Spread
+    of: tuple[np.ndarray, ...]
+
+    def summed(self, found: Mapping[int, Tree]) -> Tree:
+        """Sum what was found of every piece, (tracks, walkers) each, to (sensors, walkers)."""
+        places = np.concatenate([self.of[number] for number in found])
+
+        def one(*parts: Array) -> Array:
+            return jax.ops.segment_sum(jnp.concatenate(parts), places, len(self.labels))
+
+        return jax.tree.map(one, *found.values())
+
+    def on_tracks(self, values: Tree, number: int) -> Tree:
+        """Return of `values`, (sensors, walkers) each, those of the tracks of a piece."""
+        return jax.tree.map(lambda a: a[self.of[number]], values)
+
+
+def sensors_of(pieces: tuple[Piece, ...]) -> Sensors:
+    """List the sensors that read pieces."""
+    spreads = {label: piece.sheet.spread for piece in pieces for label in piece.sensors}
+    labels = tuple(spreads)
+    rows = jnp.asarray(list(spreads.values()))
+    place = {label: i for i, label in enumerate(labels)}
+    of = tuple(np.array([place[label] for label in piece.sensors]) for piece in pieces)
+    return Sensors(labels, Spread(rows[:, :1], rows[:, 1:]), of)
+
+
+class Start(NamedTuple):
+    """Where the way to the most probable gains and zeros begins.
+
+    - `at`: gains and zeros by least squares, (sensors, walkers) each.
+    - `near` (walkers,): whether readings are near enough to the data for a likelihood.
+    - `sigma` (sensors, walkers): noise.
+    """
+
+    at: noise.Calibration
+    near: Array
+    sigma: Array
+
+
+def _least_squares(sensors: Sensors, turns: list[Turns], values: Mapping[str, Array]) -> Start:
+    """Return every sensor's most probable gain and zero under Gaussian noise."""
 
     def sums(one: Turn) -> tuple[noise.Sums, Array]:
         variance = one.sigma**2 + one.step**2 / 12.0
@@ -139,16 +180,119 @@ def _calibrations(
         return found, jnp.all(found.mm <= FAR**2 * (read + found.one), axis=0)
 
     each = {i: x for some in turns for i, x in zip(some.members, some.map(sums), strict=True)}
-    spreads, found = spreads_of(pieces), {i: x for i, (x, _) in each.items()}
-    return {
-        label: noise.least_squares(total, spreads[label])
-        for label, total in _by_sensor(pieces, found).items()
-    }, reduce(jnp.logical_and, (near for _, near in each.values()))
+    total = sensors.summed({i: x for i, (x, _) in each.items()})
+    near = reduce(jnp.logical_and, (near for _, near in each.values()))
+    sigma = jnp.stack([values[f"noise[{label}]"] for label in sensors.labels])
+    return Start(noise.least_squares(total, sensors.spread), near, sigma)
 
 
-def spreads_of(pieces: tuple[Piece, ...]) -> dict[str, Spread]:
-    """Prior spreads of gain and zero, by label of the sensor."""
-    return {label: piece.sheet.spread for piece in pieces for label in piece.sensors}
+Expansions = dict[int, noise.Quadratic]
+"""By piece: its log-likelihood around gains and zeros, (tracks, walkers) each."""
+
+
+def _expanded(sensors: Sensors, turns: Iterable[Turns], at: noise.Calibration) -> Expansions:
+    """Expand the log-likelihood of pieces around gains and zeros (sensors, walkers)."""
+    found: Expansions = {}
+    for some in turns:
+
+        def around(
+            one: Turn, near: noise.Calibration, rounded: bool = some.rounded
+        ) -> noise.Quadratic:
+            law = noise.sample_law(one.sigma, one.step, rounded)
+            return noise.Quadratic(*one.summed(partial(noise.quadratic, law, *near)))
+
+        here = _stacked(sensors.on_tracks(at, i) for i in some.members)
+        found |= dict(zip(some.members, some.map(around, here), strict=True))
+    return found
+
+
+def _at_top(
+    sensors: Sensors, turns: list[Turns], start: Start
+) -> tuple[Expansions, noise.Calibration]:
+    """Expand every piece around the most probable gains and zeros, and return these.
+
+    Derivatives are those of the expansions with gains and zeros held: at the top that is exact.
+    """
+
+    def placed(each: tuple[Turn, ...]) -> list[Turns]:
+        return [some._replace(each=one) for some, one in zip(turns, each, strict=True)]
+
+    @jax.custom_jvp
+    def top(each: tuple[Turn, ...], start: Start) -> tuple[Expansions, noise.Calibration]:
+        return _climbed(sensors, placed(each), start)
+
+    @top.defjvp
+    def slopes(given: tuple, moved: tuple) -> tuple:
+        at = jax.lax.stop_gradient(top(*given)[1])
+        found, change = jax.jvp(lambda e: _expanded(sensors, placed(e), at), given[:1], moved[:1])
+        return (found, at), (change, jax.tree.map(jnp.zeros_like, at))
+
+    return top(tuple(some.each for some in turns), start)
+
+
+class _Climb(NamedTuple):
+    """Where the way to the top stands, (sensors, walkers) each.
+
+    - `at`: the best gains and zeros so far. - `value`: log-likelihood and prior there.
+    - `step`: Newton's from there. - `share`: of it to try next; 0 where a sensor is at the top.
+    - `found`: expansions of rounded pieces around `at`. - `tries`: so far.
+    """
+
+    at: noise.Calibration
+    value: Array
+    step: noise.Step
+    share: Array
+    found: Expansions
+    tries: Array
+
+
+def _climbed(
+    sensors: Sensors, turns: list[Turns], start: Start
+) -> tuple[Expansions, noise.Calibration]:
+    """Newton steps from the gains and zeros of least squares until what they promise is to be had.
+
+    Least squares is the top for samples that have a density. For intervals it is not: where noise
+    is small against the converter's step, a few samples next to a threshold tell gain and zero, and
+    least squares ends many standard deviations away, where an expansion says nothing of the top.
+    """
+    rounded = [some for some in turns if some.rounded]
+    plain = _expanded(sensors, (some for some in turns if not some.rounded), start.at)
+    if not rounded:
+        return plain, start.at
+
+    def tried(now: _Climb) -> _Climb:
+        moves = zip(now.at, now.step.by, strict=True)
+        at = noise.Calibration(*(a + now.share * by for a, by in moves))
+        found = _expanded(sensors, rounded, at)
+        sums = sensors.summed(plain | found)
+        value = noise.with_prior(sums, at, sensors.spread)
+        up = (value >= now.value) | (now.tries == 0)
+
+        def better(new: Tree, old: Tree, up: Array = up) -> Tree:
+            return jax.tree.map(lambda a, b: jnp.where(up, a, b), new, old)
+
+        step = better(noise.step(sums, at, sensors.spread), now.step)
+        telling = sums.h_zero * start.sigma**2
+        below = start.near & (step.promise < jnp.inf) & (step.promise**3 > 4.5 * CLOSE**2 * telling)
+        return _Climb(
+            better(at, now.at),
+            better(value, now.value),
+            step,
+            jnp.where(below, jnp.where(up, 1.0, SHORTER * now.share), 0.0),
+            {i: better(found[i], now.found[i], sensors.on_tracks(up, i)) for i in found},
+            now.tries + 1,
+        )
+
+    def going(now: _Climb) -> Array:
+        return (now.tries < MOST_TRIES) & ((now.tries == 0) | jnp.any(now.share > 0.0))
+
+    zero = jnp.zeros_like(start.at.gain)
+    still = noise.Step(noise.Calibration(zero, zero), zero, zero, zero, zero)
+    like = jax.eval_shape(lambda: _expanded(sensors, rounded, start.at))
+    nothing = jax.tree.map(lambda a: jnp.zeros(a.shape), like)
+    begin = _Climb(start.at, zero, still, zero, nothing, jnp.asarray(0))
+    ended = jax.lax.while_loop(going, tried, begin)
+    return plain | ended.found, ended.at
 
 
 @dataclasses.dataclass(frozen=True)
@@ -171,27 +315,17 @@ def marginal_likelihood(
 
     Where readings are FAR from the data its value is -inf.
     """
-    turns = in_turns(pieces, predictions, values)
-    (at, near), spreads = _calibrations(pieces, turns), spreads_of(pieces)
-    found: dict[int, noise.Quadratic] = {}
-    for some in turns:
-
-        def expanded(
-            one: Turn, near: noise.Calibration, rounded: bool = some.rounded
-        ) -> noise.Quadratic:
-            law = noise.sample_law(one.sigma, one.step, rounded)
-            return noise.Quadratic(*one.summed(partial(noise.quadratic, law, *near)))
-
-        here = _stacked(_stacked(at[label] for label in pieces[i].sensors) for i in some.members)
-        found |= dict(zip(some.members, some.map(expanded, here), strict=True))
+    turns, sensors = in_turns(pieces, predictions, values), sensors_of(pieces)
+    start = _least_squares(sensors, turns, values)
+    found, at = _at_top(sensors, turns, start)
     tracks: dict[tuple[int, int], Array] = {}
     for number, piece in enumerate(pieces):
         for i, track in enumerate(piece.tracks):
             key = (piece.group, track)
             tracks[key] = tracks.get(key, 0.0) + found[number].value[i]
-    sensors = {
-        label: noise.marginal(expansion, at[label], spreads[label])
-        for label, expansion in _by_sensor(pieces, found).items()
-    }
-    value = reduce(add, (s.value for s in sensors.values()))
-    return MarginalLikelihood(jnp.where(near, value, -jnp.inf), sensors, tracks)
+    law = noise.marginal(sensors.summed(found), at, sensors.spread)
+    return MarginalLikelihood(
+        jnp.where(start.near, law.value.sum(axis=0), -jnp.inf),
+        {label: jax.tree.map(lambda a, i=i: a[i], law) for i, label in enumerate(sensors.labels)},
+        tracks,
+    )

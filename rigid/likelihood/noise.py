@@ -3,7 +3,8 @@
 A sample that the converter rounded to a code is the interval of the values that round to it; its
 likelihood is the probability of that interval. Gain and zero of a sensor are integrated out: the
 log-likelihood is concave in both, and with thousands of samples Gaussian around its maximum
-(Laplace); the maximum is found by least squares and one Newton step (`marginal`).
+(Laplace). Its maximum is that of least squares and a Newton step, or of more where noise is small
+against the converter's step (`rigid.likelihood.marginal`).
 """
 
 from collections.abc import Callable
@@ -64,10 +65,10 @@ class Calibration(NamedTuple):
 
 
 class Spread(NamedTuple):
-    """Prior standard deviations of gain [-] and zero [SI] of a sensor; 0 where it is exact."""
+    """Prior standard deviations of gain [-] and zero [SI] of sensors; 0 where they are exact."""
 
-    gain: float
-    zero: float
+    gain: float | Array
+    zero: float | Array
 
 
 def least_squares(sums: Sums, spread: Spread) -> Calibration:
@@ -94,9 +95,10 @@ def _curvatures(gain: Array, both: Array, zero: Array, spread: Spread) -> tuple[
     )
 
 
-def _over(value: Array, sd: float) -> Array:
+def _over(value: Array, sd: float | Array) -> Array:
     """Value in standard deviations; one that is exact is 0."""
-    return value / sd if sd > 0.0 else 0.0 * value
+    uncertain = jnp.asarray(sd) > 0.0
+    return jnp.where(uncertain, value, 0.0) / jnp.where(uncertain, sd, 1.0)
 
 
 class Quadratic(NamedTuple):
@@ -161,29 +163,49 @@ class Marginal(NamedTuple):
     var_zero: Array
 
 
-def marginal(expansion: Quadratic, at: Calibration, spread: Spread) -> Marginal:
-    """Integrate gain and zero out of an expansion around `at` by Laplace's method.
+class Step(NamedTuple):
+    """A Newton step of gain and zero: by how much, and the nats that an expansion promises for it.
 
-    One Newton step leads from `at` to the maximum; the value there is that of the expansion.
+    - `var_gain`, `covariance`, `var_zero`: of the Gaussian law around where it leads.
     """
-    gain, zero = _over(at.gain, spread.gain), _over(at.zero, spread.zero)
-    g_gain = spread.gain * expansion.g_gain - gain
-    g_zero = spread.zero * expansion.g_zero - zero
+
+    by: Calibration
+    promise: Array
+    var_gain: Array
+    covariance: Array
+    var_zero: Array
+
+
+def step(expansion: Quadratic, at: Calibration, spread: Spread) -> Step:
+    """Step from `at` to where an expansion around it, the prior included, has its maximum."""
+    g_gain = spread.gain * expansion.g_gain - _over(at.gain, spread.gain)
+    g_zero = spread.zero * expansion.g_zero - _over(at.zero, spread.zero)
     a, b, c = _curvatures(expansion.h_gain, expansion.h_both, expansion.h_zero, spread)
     determinant = a * c - b * b
     d_gain = (c * g_gain - b * g_zero) / determinant
     d_zero = (a * g_zero - b * g_gain) / determinant
-    value = (
-        expansion.value
-        - 0.5 * (gain**2 + zero**2)
-        + 0.5 * (g_gain * d_gain + g_zero * d_zero)
-        - 0.5 * jnp.log(determinant)
-    )
-    best = Calibration(at.gain + spread.gain * d_gain, at.zero + spread.zero * d_zero)
-    return Marginal(
-        value,
-        best,
+    return Step(
+        Calibration(spread.gain * d_gain, spread.zero * d_zero),
+        0.5 * (g_gain * d_gain + g_zero * d_zero),
         spread.gain**2 * c / determinant,
         -spread.gain * spread.zero * b / determinant,
         spread.zero**2 * a / determinant,
     )
+
+
+def with_prior(expansion: Quadratic, at: Calibration, spread: Spread) -> Array:
+    """Log-likelihood at `at` plus the log of the prior there, but for a constant."""
+    gain, zero = _over(at.gain, spread.gain), _over(at.zero, spread.zero)
+    return expansion.value - 0.5 * (gain**2 + zero**2)
+
+
+def marginal(expansion: Quadratic, at: Calibration, spread: Spread) -> Marginal:
+    """Integrate gain and zero out of an expansion around `at` by Laplace's method.
+
+    A last Newton step leads from `at` to the maximum; the value there is that of the expansion.
+    """
+    last = step(expansion, at, spread)
+    a, b, c = _curvatures(expansion.h_gain, expansion.h_both, expansion.h_zero, spread)
+    value = with_prior(expansion, at, spread) + last.promise - 0.5 * jnp.log(a * c - b * b)
+    best = Calibration(at.gain + last.by.gain, at.zero + last.by.zero)
+    return Marginal(value, best, last.var_gain, last.covariance, last.var_zero)
