@@ -148,7 +148,7 @@ def half_of_it(d: int, width: float = 0.1):
 
 
 @pytest.mark.parametrize("d", [4, 8])
-def test_a_bias_that_all_ensembles_would_share_is_seen(d: int, monkeypatch):
+def test_a_bias_that_all_ensembles_would_share_is_seen(d: int):
     """Those that begin apart find the mode that the proposal misses, and R-hat says so."""
     log_prob, proposal = half_of_it(d)
     settings = replace(QUICK, walkers=64, max_steps=300)
@@ -159,8 +159,7 @@ def test_a_bias_that_all_ensembles_would_share_is_seen(d: int, monkeypatch):
     assert np.all(other[1::2] > 0.1)
     again = sample.sample(log_prob, proposal, settings)
     np.testing.assert_array_equal(draws.z, again.z)
-    monkeypatch.setattr(ensemble, "apart", lambda _: False)
-    alike = sample.sample(log_prob, proposal, settings)
+    alike = sample.sample(log_prob, proposal, replace(settings, apart=False))
     assert alike.converged  # on half of the answer
     assert np.all(alike.z[..., 0] < 0.0)
 
@@ -229,9 +228,8 @@ def test_modes_get_their_weight_wherever_the_walkers_begin():
 def test_without_the_independence_move_the_modes_keep_what_they_began_with(monkeypatch):
     log_prob, modes = two_modes()
     monkeypatch.setattr(moves, "mixed", lambda _: [(DEMove(), 0.7), (SnookerMove(), 0.3)])
-    monkeypatch.setattr(ensemble, "apart", lambda _: False)
     proposal = MixtureProposal(modes, np.array([0.5, 0.5]))
-    draws = sample.sample(log_prob, proposal, replace(QUICK, max_steps=300))
+    draws = sample.sample(log_prob, proposal, replace(QUICK, max_steps=300, apart=False))
     assert not draws.converged
     assert "R-hat" in draws.says
     inside = draws.z[..., 0] < 4.0

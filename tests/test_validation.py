@@ -247,7 +247,7 @@ def test_a_chain_takes_over_where_weights_do_not_do_and_ranks_the_same(study, mo
     known = propose(search(study.problem, 2, 1), np.random.default_rng(1))
     monkeypatch.setattr(draws, "CHAIN_STEPS", 100)
     monkeypatch.setattr(draws, "ESS", 1e6)  # more than two blocks are worth
-    short = draws.chained(known, study.spec.sampler, 1)
+    short = draws.chained(known, 1)
     assert not short.settled
     assert not short.good
 
@@ -258,7 +258,7 @@ def test_no_draw_is_weighed_where_the_law_shows_that_weights_would_not_do(study,
 
     def uneven(found, rng):
         known = propose(found, rng)
-        share = 0.5 * draws.ESS / draws.MOST_DRAWS * 0.99
+        share = 2.0 * draws.ESS / draws.MOST_DRAWS * 0.99
         return known._replace(weights=dataclasses.replace(known.weights, kish=share))
 
     monkeypatch.setattr(replicate, "weighted", refused)

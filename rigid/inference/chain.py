@@ -8,13 +8,30 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class ChainShape:
-    """What a chain must have in common with the run that goes on with it."""
+    """What a chain must have in common with the run that goes on with it.
+
+    - apart: whether every other ensemble begins away from the proposal
+    """
 
     ensembles: int
     block: int
     walkers: int
     dimension: int
     seed: int
+    apart: bool = True
+
+    def begins_apart(self, index: int) -> bool:
+        """Whether an ensemble begins away from the proposal.
+
+        All ensembles would otherwise share what the proposal misses, and R-hat could not see it.
+        Those apart begin between the proposal and the prior, and are led by the moves along other
+        walkers alone for as many steps as a block has: what they then have found outside of the
+        proposal they keep, since the independence move seldom leads away from there. Half a block
+        of all moves brings those in that have found nothing, before any draw counts: some walkers
+        under way, hundreds of standard deviations off, are not seen by the ranks that R-hat is made
+        of.
+        """
+        return self.apart and index % 2 == 1
 
 
 @dataclass(frozen=True, eq=False)

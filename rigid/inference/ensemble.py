@@ -20,19 +20,6 @@ REDRAWS = 100
 SETTLING = 0.5
 
 
-def apart(index: int) -> bool:
-    """Whether an ensemble begins away from the proposal: every other one does.
-
-    All ensembles would otherwise share what the proposal misses, and R-hat could not see it. Those
-    apart begin between the proposal and the prior, and are led by the moves along other walkers
-    alone for as many steps as a block has: what they then have found outside of the proposal they
-    keep, since the independence move seldom leads away from there. Half a block of all moves brings
-    those in that have found nothing, before any draw counts: some walkers under way, hundreds of
-    standard deviations off, are not seen by the ranks that R-hat is made of.
-    """
-    return index % 2 == 1
-
-
 class Abandoned(Exception):
     """The block was given up: another ensemble failed, or the user asked to stop."""
 
@@ -64,7 +51,7 @@ class Ensemble:
         """
         counted = moves.padded(self._stoppable, self.layout.walkers // 2)
         state = before or self._begin(index, counted)
-        steps, led = self.layout.block, before is None and apart(index)
+        steps, led = self.layout.block, before is None and self.layout.begins_apart(index)
         start = emcee.State(state.coords, log_prob=state.log_prob, random_state=_words(state))
         runs = []
         for mix, count in (
@@ -107,7 +94,8 @@ class Ensemble:
     def _begin(self, index: int, counted: moves.Padded) -> EnsembleState:
         seeds = np.random.SeedSequence(self.layout.seed).spawn(self.layout.ensembles)
         random = np.random.RandomState(np.random.MT19937(seeds[index]))
-        draw = self.proposal.sample_apart if apart(index) else self.proposal.sample
+        apart = self.layout.begins_apart(index)
+        draw = self.proposal.sample_apart if apart else self.proposal.sample
         return _state(*self._starts(random, draw(random, self.layout.walkers), counted), random)
 
     def _starts(

@@ -33,7 +33,8 @@ class Settings:
     - ensembles: independent groups of walkers, at least 2; walkers: in each, at least 2 d and 8
     - block: steps between two looks at the chain, at least 10; max_steps: where to give up
     - r_hat: limit; ess: bulk ESS to reach, the tail needs half of it
-    - seed: of everything random in the chain
+    - seed: of everything random in the chain; apart: every other ensemble begins away from the
+      proposal, so that R-hat sees what it misses
     """
 
     ensembles: int = 8
@@ -43,6 +44,7 @@ class Settings:
     r_hat: float = 1.01
     ess: float = 2_000.0
     seed: int = 1
+    apart: bool = True
 
 
 @dataclass(frozen=True)
@@ -155,7 +157,8 @@ def _check(settings: Settings, d: int) -> None:
 
 
 def _layout(settings: Settings, d: int) -> ChainShape:
-    return ChainShape(settings.ensembles, settings.block, settings.walkers, d, settings.seed)
+    s = settings
+    return ChainShape(s.ensembles, s.block, s.walkers, d, s.seed, s.apart)
 
 
 def _next_block(pool: ThreadPoolExecutor, ensemble: Ensemble, done: list[Block]) -> Block:

@@ -14,14 +14,15 @@ from rigid.inference.proposal import kish, pareto_shape
 from rigid.inference.sample import Draws, Settings, sample
 from rigid.inference.search_cache import Searched
 from rigid.likelihood.problem import Problem, evaluate, in_batches, log_posterior, walkers
-from rigid.spec.values import SamplerSpec
 
 ESS = 200.0
 """Independent draws that weighted ones are to be worth: a rank then is known to 0.035 or better,
 which adds less than 2 % to the variance that ranks have from campaign to campaign (1/12)."""
 BATCH, MOST_DRAWS = 2048, 12_288
-CHAIN_STEPS = 3000
-"""Steps of a chain that takes over where weights do not do; it ends once it is worth ESS draws."""
+ENSEMBLES, CHAIN_BLOCK, CHAIN_STEPS, R_HAT = 2, 25, 3000, 1.02
+"""Of a chain that takes over where weights do not do: the fewest ensembles that R-hat compares, a
+limit that means of ESS draws can keep, and no ensemble that begins apart: what a law misses, the
+ranks of the truth show."""
 KEPT_STEPS = 20
 """Steps of each walker of a chain that ranks are taken among, as many as posterior.nc holds."""
 
@@ -97,11 +98,11 @@ def weighted(known: Searched, rng: np.random.Generator) -> Weighted:
 
 
 def hopeless(share: float) -> bool:
-    """Whether weights of a law would not do, however many draws are made.
+    """Whether weights of a law would not do, or cost more than a chain.
 
     - `share`: of effective draws, as found when the law was fitted.
     """
-    return share * MOST_DRAWS < ESS / 2
+    return share * MOST_DRAWS < 2 * ESS
 
 
 def _together(parts: list, log_weight: np.ndarray) -> Weighted:
@@ -121,20 +122,21 @@ def _together(parts: list, log_weight: np.ndarray) -> Weighted:
     )
 
 
-def chained(known: Searched, rule: SamplerSpec, seed: int) -> Weighted:
+def chained(known: Searched, seed: int) -> Weighted:
     """Draws of a short chain, whose walkers take most of their steps from the law over the modes.
 
-    - `rule`: the spec's, but for when to stop.
+    It ends once its draws are worth ESS.
     """
     problem, chart = known.found.problem, known.chart
     settings = Settings(
-        ensembles=rule.ensembles,
-        walkers=rule.walkers or walkers(problem),
-        block=rule.block,
-        max_steps=max(CHAIN_STEPS, 2 * rule.block),
-        r_hat=rule.r_hat,
+        ensembles=ENSEMBLES,
+        walkers=walkers(problem),
+        block=CHAIN_BLOCK,
+        max_steps=CHAIN_STEPS,
+        r_hat=R_HAT,
         ess=ESS,
         seed=seed,
+        apart=False,
     )
     density = chart.density(lambda z: np.asarray(log_posterior(problem, jnp.asarray(z))))
     found = sample(density, known.law, settings)

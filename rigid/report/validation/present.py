@@ -131,7 +131,7 @@ def notes(found: Verdict, beside: Agreement | None) -> tuple[str, ...]:
     if not design.full:
         lines.append(
             "The fast mode sums weighted draws of the law around the best fits near the truth and "
-            "from two prior starts, or, where their weights do not do, a short chain that begins "
+            "from a prior start, or, where their weights do not do, a short chain that begins "
             "in that law: it cannot show that a search misses a mode."
         )
     lines.append(
