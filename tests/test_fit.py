@@ -261,6 +261,13 @@ def test_the_page_needs_no_network_and_says_simulated(fitted):
     assert "@import" not in page
 
 
+def test_text_for_a_paper_counts_the_readings_that_are_compared(fitted):
+    """As many as residuals; a release is cut before its onset, and its grid filled up behind."""
+    seen = fitted.draws("observed_data")
+    compared = sum(int(np.isfinite(one).sum()) for one in seen.data_vars.values())
+    assert f"; {compared} samples in all)" in (fitted.out / "for-paper.txt").read_text("utf-8")
+
+
 @pytest.mark.slow
 def test_a_finished_run_is_gone_on_with_unchanged(fitted, tmp_path):
     copy = tmp_path / "out"

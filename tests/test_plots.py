@@ -161,6 +161,36 @@ def test_estimates_have_two_digits_of_uncertainty(value, sd, unit, expected):
 
 
 @pytest.mark.parametrize(
+    ("value", "sd", "unit", "expected"),
+    [
+        (2.8549e8, 8.4e6, "N/m", "285.5 MN/m"),
+        (-5.654e-5, 8.9e-4, "1", "-0.6 x 10⁻⁴"),
+        (0.01133, 0.0082, "1", "0.0113"),
+        (5.0, 0.0, "N", "5 N"),
+        (None, 1.0, "N", ABSENT),
+    ],
+)
+def test_a_number_beside_its_uncertainty_ends_where_that_does(value, sd, unit, expected):
+    assert typed(metrology.rounded(value, sd, unit)) == expected
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "wanted", "expected"),
+    [
+        (1003.2, "N", 2, "1.0 kN"),
+        (999.6, "N", 2, "1.0 kN"),
+        (-0.03, "", 2, "-0.030"),
+        (2.05e9, "Pa", 4, "2.050 GPa"),
+        (260e3, "N/m", 2, "260 kN/m"),
+        (0.0, "N", 2, "0 N"),
+        (None, "N", 2, ABSENT),
+    ],
+)
+def test_zeros_that_count_are_shown(value, unit, wanted, expected):
+    assert typed(metrology.digits(value, unit, wanted)) == expected
+
+
+@pytest.mark.parametrize(
     ("low", "high", "unit", "expected"),
     [
         (5.83e7, 6.22e7, "N/m", "58.3 to 62.2 MN/m"),

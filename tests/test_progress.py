@@ -47,7 +47,9 @@ def test_a_stage_that_ends_early_says_so_and_is_not_left_at_its_limit(capsys):
     with stage(False, "sample", 1000, "least ESS") as shown:
         shown.reach(0, "50 steps")
         shown.reach(1904, "100 steps")
-    assert capsys.readouterr().err == ("sample: 100 %, 1904 of 1000 least ESS, 100 steps, 1.0 s\n")
+    assert capsys.readouterr().err == (
+        "sample: 100 %, 1904 least ESS (1000 asked for), 100 steps, 1.0 s\n"
+    )
 
 
 def test_a_line_between_does_not_break_that_of_the_stage(capsys):

@@ -50,8 +50,8 @@ class Settled:
     def says(self) -> str:
         """What was found, in a sentence."""
         return self.why or (
-            f"the gradient vanishes there, to {self.away:.2f} posterior sds (limit {AWAY}), and no "
-            f"number is further than {self.limit:.1f} prior sds from the centre of its prior"
+            f"the gradient vanishes there, to {self.away:.2f} posterior sds (limit {AWAY}); every "
+            f"number lies near the centre of its prior (limit {self.limit:.1f} prior sds)"
         )
 
     @property

@@ -46,8 +46,9 @@ class Stage:
 
     def summary(self) -> str:
         """What was done, how things stood at the end, and the time it took."""
-        of = "" if self.total is None else f" of {self.total}"
-        counted = f"{self.done}{of}{self.unit}" if self.done else ""
+        of = "" if self.total is None or self.done > self.total else f" of {self.total}"
+        asked = f" ({self.total} asked for)" if self.total is not None and not of else ""
+        counted = f"{self.done}{of}{self.unit}{asked}" if self.done else ""
         took = duration(time.monotonic() - self.began)
         return ", ".join(filter(None, (counted, self.says, took)))
 

@@ -109,6 +109,25 @@ def significant(value: Number | None, unit: str, digits: int = 3) -> str:
     return exact(float(f"{value:.{digits - 1}e}"), unit)
 
 
+def rounded(value: Number | None, sd: Number | None, unit: str) -> str:
+    """A number alone, to the last digit of its standard deviation: "60.3 MN/m" of 60.3 ± 1.2."""
+    if value is None or not math.isfinite(value):
+        return ABSENT
+    if sd is None or not (math.isfinite(sd) and sd > 0.0):
+        return exact(value, unit)
+    exponent = exponent_of(max(abs(value), sd), unit)
+    value, sd = value / 10.0**exponent, sd / 10.0**exponent
+    return _with_unit(_fixed(value, _decimals(sd)), unit, exponent, joined=False)
+
+
+def digits(value: Number | None, unit: str, wanted: int = 2) -> str:
+    """As `significant`, with the zeros that count: 1003.2 -> "1.0 kN", not "1 kN"."""
+    if value is None or not math.isfinite(value) or value == 0.0:
+        return exact(value, unit)
+    value = float(f"{value:.{wanted - 1}e}")
+    return rounded(value, abs(value) / 10.0 ** (wanted - 2), unit)
+
+
 def _scientific(value: Number) -> str:
     mantissa, order = f"{value:.1e}".split("e")
     if -2 <= int(order) <= 2:

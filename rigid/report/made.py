@@ -41,7 +41,7 @@ def made_of(
         seed=seed,
         spec_name=name,
         spec_text=text,
-        sha256=tuple(sha256),
+        sha256=tuple(dict.fromkeys(sha256)),  # both cylinders of a run may lie in one file
         versions=tuple(versions().items()),
         **taken,
     )

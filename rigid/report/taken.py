@@ -58,12 +58,12 @@ def sentences(made: Mapping[str, Any]) -> tuple[str, ...]:
 
 def lines(made: Mapping[str, Any]) -> list[str]:
     """The same for the terminal, in short."""
-    names = ", ".join(one["name"] for one in made["held_exact"])
+    says = "; ".join(dict.fromkeys(one["says"] for one in made["held_exact"]))
     aside = (
         f"set aside: {one['samples']} of {one['channel']} of {one['record']},{one['cylinder']}"
         for one in made["set_aside"]
     )
-    return [f"held exact: {names}", *aside]
+    return [f"held exact: {says}", *aside]
 
 
 def _aside(one: Mapping[str, Any]) -> str:

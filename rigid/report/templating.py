@@ -145,6 +145,7 @@ def environment() -> Environment:
     made.filters |= {
         "exact": metrology.exact,
         "significant": metrology.significant,
+        "digits": metrology.digits,
         "unit": metrology.unit_text,
         "count": metrology.count,
         "ratio": metrology.ratio,
@@ -158,6 +159,7 @@ def environment() -> Environment:
     }
     made.globals |= {
         "estimate": metrology.estimate,
+        "rounded": metrology.rounded,
         "interval": metrology.interval,
         "median": metrology.median,
         "median_and_interval": metrology.median_and_interval,

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rigid.plots.metrology import median_and_interval, significant
+from rigid.plots.metrology import digits, median_and_interval
 from rigid.report import made as provenance
 from rigid.report import wording
 from rigid.report.bands import figures
@@ -124,7 +124,7 @@ def _most(line: Line) -> str:
     if not parts:
         return ""
     value, name = max(parts)
-    return f"most of its uncertainty: {name}, {significant(value, line.unit, 2)} (1 sd)"
+    return f"most of its uncertainty: {name}, {digits(value, line.unit)} (1 sd)"
 
 
 def _posteriors(named: BandsSpec) -> str:
@@ -153,7 +153,7 @@ def _events(found: Finished) -> tuple[str, ...]:
         dropped = [fall for fall in found.falls if fall.cylinder == cylinder]
         if dropped:
             told = ", ".join(
-                f"{significant(f.before, 'N')} to {significant(f.after, 'N')} at {f.time:.2f} s"
+                f"{digits(f.before, 'N', 3)} to {digits(f.after, 'N', 3)} at {f.time:.2f} s"
                 for f in dropped
             )
             out.append(f"Cylinder {cylinder}: the load fell from {told}.")

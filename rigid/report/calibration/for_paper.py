@@ -5,6 +5,8 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from rigid.effects import AbstractEffect
 from rigid.inference.calibrate import Calibrated
 from rigid.inference.summary import Result
@@ -71,7 +73,7 @@ def methods(spec: Spec, done: Calibrated, found: Result) -> str:
     counted = Counter(KINDS[record.kind].name for record in done.records)
     kinds = wording.listed([f"{n} {kind}" for kind, n in counted.items()])
     ensembles, steps, walkers, size = done.draws.z.shape
-    sampled = sum(int(c.time.size) for c in done.shown)
+    sampled = sum(int(np.isfinite(c.data).sum()) for c in done.shown)
     effects = wording.listed([name.replace("-", " ") for name in spec.model.effects])
     rows = [row.summary for row in found.parameters]
     r_hat = max((s.r_hat for s in rows if s.r_hat is not None), default=None)

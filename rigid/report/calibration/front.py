@@ -76,7 +76,7 @@ def answer(number: KeyNumber, choices: Sequence[Alternative]) -> Answer:
     elif not number.range:
         value = metrology.median_and_interval((number.q05, number.median, number.q95), number.unit)
     others = [
-        f"{metrology.median_and_interval((c.q05, c.median, c.q95), c.unit)} if {c.label} (eq. 15)"
+        f"{metrology.median_and_interval((c.q05, c.median, c.q95), c.unit)} with {c.label} (eq. 15)"
         for c in choices
         if not c.used and c.symbol == number.symbol
     ]
@@ -113,6 +113,6 @@ def unheard(curve: FrictionCurve | None) -> tuple[str, ...]:
 def unsettled(choices: Sequence[Alternative]) -> tuple[str, ...]:
     """Choices that no record settles."""
     return tuple(
-        f"Which {question}: {', or '.join(dict.fromkeys(c.label for c in choices))}."
+        f"Which are the {question}: {', or '.join(dict.fromkeys(c.label for c in choices))}."
         for question in dict.fromkeys(c.question for c in choices)
     )

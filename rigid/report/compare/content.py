@@ -48,7 +48,8 @@ class Compared:
             Check(
                 f"{run.name} usable",
                 run.usable is not False,
-                "; ".join(run.failed) or ("not known" if run.usable is None else "as it says"),
+                "; ".join(run.failed)
+                or ("not known" if run.usable is None else "its checks say so"),
             )
             for run in self.runs
         )

@@ -95,8 +95,8 @@ def sentence(found: Compared) -> str:
             f"{least:.2g}. What is spread over many channels may still show in all together."
         )
     return (
-        f"In {sure} of {looked}, by more than chance leaves anywhere in 19 of 20 campaigns of a "
-        "complete model. The p-values count all that was looked at."
+        f"Model and records disagree in {sure} of {looked}: by more than chance leaves anywhere in "
+        "19 of 20 campaigns of a complete model. The p-values count all that was looked at."
     )
 
 

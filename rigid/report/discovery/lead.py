@@ -7,7 +7,7 @@ from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained
 from rigid.discovery.workflow import Outcome, Step
 from rigid.localfit.leave_one_out import gap
 from rigid.plots import metrology
-from rigid.plots.metrology import median_and_interval, significant
+from rigid.plots.metrology import digits, median_and_interval
 from rigid.report.discovery.output import added_labels, alternatives, quoted
 from rigid.report.discovery.section import Moved
 from rigid.report.discovery.words import called, introduced, meanings
@@ -149,8 +149,8 @@ def told_moves(moved: tuple[Moved, ...]) -> str:
     sorts = {m.name: m for m in reversed(far)}
     first = sorted(sorts.values(), key=lambda m: -abs(m.sds))[:TOLD_MOVES]
     told = ", ".join(
-        f"{called(m.label, m.means)} from {significant(m.before, m.unit, 4)} to "
-        f"{significant(m.after, m.unit, 4)}"
+        f"{called(m.label, m.means)} from {digits(m.before, m.unit, 4)} to "
+        f"{digits(m.after, m.unit, 4)}"
         for m in first
     )
     more = f", and {len(far) - len(first)} more" if len(far) > len(first) else ""
@@ -205,5 +205,5 @@ def would_show(found: Explained) -> dict[str, str]:
         size = [SHOWN / found.screening.size[i] * abs(found.listed[i].level or 1.0) for i in at]
         one = found.listed[at[0]]
         info = next(i for i in one.effect.parameters() if one.amplitude in i.labels)
-        out[name] = f"{one.amplitude} {significant(float(np.median(size)), info.unit, 2)}"
+        out[name] = f"{one.amplitude} {digits(float(np.median(size)), info.unit)}"
     return out
