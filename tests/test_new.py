@@ -76,6 +76,7 @@ def test_a_filled_spec_reads_its_records(folder):
     [
         ("time [s],Load_A [kN],Stroke_mm,p_MPa,note", "time load stroke pressure"),
         ("t_s,Force (lbf),pos in,Press_psi,note", "time load stroke pressure"),
+        ("t/ms,F / kN,Weg/mm,p/bar,note", "time load stroke pressure"),  # as ISO 80000 writes it
         ("time_s,Load_mm,Stroke [bar],p_MPa,note", "time pressure"),  # names against units
         ("T1 (s),Load_A_kN,Stroke_A [mm],Time_of_day,note", "time load stroke"),  # one cylinder
         ("time_s,Load,Stroke_mm_cm,what,note", "time"),  # no unit, two units, no word
@@ -101,6 +102,16 @@ def test_both_cylinders_of_a_file_have_a_record_each(folder):
         "A": ["time [s]", "Load_A_kN"],
         "B": ["time [s]", "Load_B_kN"],
         "left": ["time [s]", "Stroke left [mm]"],
+    }
+
+
+def test_a_side_may_stand_before_the_quantity(folder):
+    header = "time [s],left load [kN],left travel [mm],right load [kN],note"
+    (folder / "field.csv").write_text(f"{header}\n{ROWS}", "utf-8")
+    assert main(["field.csv"]) == 0
+    assert {r["cylinder"]: list(r["channels"]) for r in tables()} == {
+        "left": ["time", "load", "stroke"],
+        "right": ["time", "load"],
     }
 
 

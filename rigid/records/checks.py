@@ -8,16 +8,18 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.stats import norm
 
+from rigid.io.errors import quoted
 from rigid.kinds import RecordKind
 from rigid.kinds.base import SLOW_CHANNELS
 from rigid.records.defects import Defect, at_lines, runs
 from rigid.records.plausible import implausible, implausible_interval
-from rigid.records.units import contradiction
+from rigid.records.units import DIMENSIONS, SI_NAMES, contradiction
 from rigid.spec import SensorSpec, Stretch
 
 FEWEST = 20  # samples
 GAP = 1.5  # sampling intervals
 SATURATED_RUN = 3  # samples
+BEYOND = 0.01  # of the end of a range: a reading farther out tells of another unit
 AROUND = 25  # samples to each side that tell what a reading would be without its noise
 BY_CHANCE = 0.01  # of a record: how often noise alone may make a run at an end that counts
 STUCK_FOR = 2.0  # s
@@ -165,11 +167,21 @@ def saturated(run: CheckInput, quantity: str, sensor: SensorSpec) -> Iterator[De
         return
     firsts, lasts = runs(bad)
     k, count = int(firsts[0]), int(bad.sum())
-    says = (
-        f"lines {run.rows[k]} to {run.rows[lasts[0]]}, {count} samples in all: the sensor is at "
-        f"the end of its range, {values[k]:.4g}; use a sensor of wider range"
+    where = f"lines {run.rows[k]} to {run.rows[lasts[0]]}, {count} samples in all"
+    yield Defect("saturated", quantity, f"{where}: {_at_end(run, quantity, k, sensor)}", bad)
+
+
+def _at_end(run: CheckInput, quantity: str, k: int, sensor: SensorSpec) -> str:
+    """Say what sample k at an end of the range tells: of the sensor, or of unit and range."""
+    values, si = run.values[quantity], SI_NAMES[DIMENSIONS[quantity]]
+    end = min(sensor.range, key=lambda one: abs(values[k] - one))
+    farthest = float(np.nanmax(values) if end == sensor.range[1] else np.nanmin(values))
+    if abs(farthest - end) <= max(sensor.step, BEYOND * abs(end)):
+        return f"the sensor is at the end of its range, {end:.4g} {si}; use one of wider range"
+    return (
+        f"readings go to {farthest:.4g} {si}, beyond the end of the sensor's range, {end:.4g} "
+        f"{si}; correct the unit {quoted(run.units[quantity])}, or `range` in [sensors]"
     )
-    yield Defect("saturated", quantity, says, bad)
 
 
 def _fewest_at_end(values: np.ndarray, stretch: slice, end: float, sensor: SensorSpec) -> float:

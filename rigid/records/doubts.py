@@ -1,6 +1,6 @@
 """Units that are doubted, but not refused: what a column's name says, and forces out of balance."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +10,7 @@ from rigid.kinds import KINDS
 from rigid.records.checks import FEWEST, Sheets, resolution, stretches
 from rigid.records.record import Record
 from rigid.records.units import UNITS, hinted, known
+from rigid.spec import Stretch
 
 FAR = 3.0
 """Ratio of load and S_Pl p from which a unit is doubted: in the simulated frames of the reference
@@ -32,6 +33,20 @@ def misnamed(names: Mapping[str, str], units: Mapping[str, str]) -> Iterator[str
                 f"{quantity}: the name of column {quoted(name)} says {said}, the spec "
                 f"{quoted(given)}; correct the spec if the name is right"
             )
+
+
+def off_record(time: np.ndarray, valve: Sequence[Stretch]) -> Iterator[str]:
+    """Yield a note where the valve switches when the record does not run.
+
+    - `time`: (n,) s of the samples, on the clock of the file
+    """
+    off = [f"{s.until:g}" for s in valve[:-1] if not time[0] <= s.until <= time[-1]]
+    if off:
+        yield (
+            f"valve: it moves at {', '.join(off)} s, the record runs from {time[0]:.4g} to "
+            f"{time[-1]:.4g} s; correct `until` (in s, on the clock of the file) unless the rest "
+            "was cut away"
+        )
 
 
 def balanced(record: Record, area: float, sensors: Sheets) -> Record:

@@ -16,8 +16,9 @@ WORDS = {
     "acceleration": ("acceleration", "accel", "acc", "beschleunigung", "a", "ax", "ay", "az"),
 }  # fmt: skip
 """English and German; of a word of one letter the unit decides, where there is one."""
-SIDES = re.compile(r"[A-DLR]|\d|left|right|links|rechts", re.IGNORECASE)
-"""What tells one cylinder's columns from another's, at the end of their names."""
+SPELT = ("left", "right", "links", "rechts")
+SIDES = re.compile(rf"[A-DLR]|\d|{'|'.join(SPELT)}", re.IGNORECASE)
+"""What tells one cylinder's columns from another's, at the end of their names; if spelt, before."""
 PARTS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+|[^\W\d_]+")
 BRACKETS = re.compile(r"[\[(][^\[\]()]*[\])]")
 
@@ -51,6 +52,8 @@ def _guess(table: Table, name: str) -> Guess:
     first, *more = BETWEEN.split(BRACKETS.sub(" ", name).strip())
     bare = " ".join([first, *(word for word in more if not known(word))])
     words = [part.lower() for part in PARTS.findall(bare)]
+    if len(words) > 1 and words[0] in SPELT:  # `left load` as `load left`
+        words = [*words[1:], words[0]]
     said = next((q for q, names in WORDS.items() if words and words[0] in names), "")
     stated = table.units.get(name, "")
     meant = dimensioned(UNITS[stated][0]) if stated else ""

@@ -12,7 +12,7 @@ from rigid.kinds import KINDS
 from rigid.records import checks
 from rigid.records.converter import without_ends
 from rigid.records.defects import Defect, at_lines, causes, settle
-from rigid.records.doubts import balanced, misnamed
+from rigid.records.doubts import balanced, misnamed, off_record
 from rigid.records.files import Source, load
 from rigid.records.plausible import SHORTEST_STEP, beyond
 from rigid.records.record import Channel, Record, grid, longest_step, usual_corner
@@ -97,7 +97,7 @@ def read_record(
         notes += (UNEVEN.format(interval),)
     stated = {q: source.table.units.get(name, "") for q, name in raw.names.items()}
     run = _as_checked(spec, raw, stated, corner)
-    notes += tuple(misnamed(raw.names, run.units))
+    notes += (*misnamed(raw.names, run.units), *off_record(time, spec.valve))
     defects = causes((*checks.sampling(run), *checks.channels(run, sensors)), spec.accept)
     notes += settle(where, defects, spec.accept)
     return Record(

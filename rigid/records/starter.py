@@ -136,6 +136,9 @@ def _kind(name: str, found: Sequence[Guess]) -> tuple[str, str]:
     return ("release", "# guessed: only accelerations") if quantities == SHAKEN else ("", "")
 
 
+OTHER = "keep one; of another cylinder, it goes into a second record of this name"
+
+
 def _channels(found: Sequence[Guess], kind: str) -> Iterator[str]:
     """Yield a line for each column; the first of a quantity is its channel."""
     taken: set[str] = set()
@@ -148,7 +151,7 @@ def _channels(found: Sequence[Guess], kind: str) -> Iterator[str]:
         elif kind and quantity not in KINDS[kind].takes:
             yield f'# {line}"..." }}    # a {kind} takes no {quantity}'
         elif quantity in taken:
-            yield f"# {line}{toml_value(guess.unit or '...')} }}    # another {quantity}; keep one"
+            yield f"# {line}{toml_value(guess.unit or '...')} }}    # another {quantity}: {OTHER}"
         elif not guess.unit:
             si = SI_NAMES[DIMENSIONS[quantity]]
             units = ", ".join(unit for unit in allowed(quantity) if unit != COUNTS)

@@ -117,12 +117,12 @@ def in_name(name: str) -> str:
 
 
 def hinted(name: str, quantity: str) -> str:
-    """Return the unit of `quantity` among the words of a column's name, as in `p_MPa`.
+    """Return the unit of `quantity` among the words of a column's name, as in `p_MPa`, `p/MPa`.
 
     Empty where there is none, or more than one; the first word is the name.
     """
-    words = {known(word) for word in BETWEEN.split(name.strip())[1:]} - {""}
-    fit = [unit for unit in words if UNITS[unit][0] == DIMENSIONS[quantity]]
+    words = {known(word) for word in (*BETWEEN.split(name.strip())[1:], name.partition("/")[2])}
+    fit = [unit for unit in words - {""} if UNITS[unit][0] == DIMENSIONS[quantity]]
     return fit[0] if len(fit) == 1 else ""
 
 

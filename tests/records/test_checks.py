@@ -159,6 +159,13 @@ def test_two_samples_at_the_rail_are_no_saturation(bench):
     assert bench.read(columns).channels["load"].valid.all()
 
 
+def test_readings_beyond_the_rail_tell_of_unit_and_range(bench):
+    columns = bench.good()
+    columns["load"][300:310] = 600.0
+    with pytest.raises(InputError, match=r"6e\+05 N, beyond the end .* 3e\+05 N; .*unit 'kN'"):
+        bench.read(columns)
+
+
 def test_noise_about_a_reading_near_the_rail_is_no_saturation(bench):
     columns = bench.good(900)  # the rail lies 0.75 sds of the noise above the reading
     columns["load"][200:] = np.random.default_rng(4).normal(299.4, 0.8, 700)

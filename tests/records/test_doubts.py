@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rigid.records import read_record, read_records
-from rigid.records.doubts import balanced, misnamed
+from rigid.records.doubts import balanced, misnamed, off_record
 from rigid.spec import ChannelSpec, Stretch, find_spec, load_spec
 
 AREA = 44.2e-4  # m^2
@@ -40,6 +40,20 @@ def test_a_load_that_counts_the_other_way_is_told(bench):
     turned = dataclasses.replace(load, values=-load.values)
     turned = dataclasses.replace(record, channels={**record.channels, "load": turned})
     assert "signs" in balanced(turned, AREA, bench.sensors).notes[-1]
+
+
+def test_a_valve_that_moves_outside_the_record_is_told(bench):
+    """As where its times are in milliseconds; what `rows` has cut away may be meant."""
+    record = pressed(bench)
+    last = float(record.time[-1])
+    inside, outside = (
+        (Stretch(until=until, position="open"), Stretch(position="shut"))
+        for until in (0.5 * last, 1e3 * last)
+    )
+    assert not list(off_record(record.time, inside))
+    (note,) = off_record(record.time, outside)
+    assert f"{1e3 * last:g} s" in note
+    assert pressed(bench, valve=outside).notes == (*record.notes, note)
 
 
 def test_to_the_tank_and_out_of_a_frame_nothing_is_told(bench):
