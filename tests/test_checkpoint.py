@@ -185,11 +185,15 @@ def test_a_chain_of_another_input_is_refused_and_says_which(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("key", "value"), [("ensembles", 3), ("walkers", 10), ("block", 10), ("seed", 5)]
+    ("key", "value", "called"),
+    [
+        *(("ensembles", 3, "ensembles"), ("walkers", 10, "walkers"), ("block", 10, "block")),
+        *(("seed", 5, "seed"), ("apart", False, "way to begin its ensembles")),
+    ],
 )
-def test_a_chain_of_another_layout_is_refused(tmp_path, key, value):
+def test_a_chain_of_another_layout_is_refused(tmp_path, key, value, called):
     go(tmp_path, settings=replace(SETTINGS, max_steps=40))
-    with pytest.raises(InputError, match=f"drawn with another {key}, so it"):
+    with pytest.raises(InputError, match=f"drawn with another {called}, so it"):
         go(tmp_path, settings=replace(SETTINGS, **{key: value}))
 
 

@@ -5,7 +5,7 @@ aside, and the chain goes on from the one before it: it is the same chain, since
 all that decides how its ensembles go on.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -17,6 +17,15 @@ from rigid.io.errors import InputError
 FOLDER, BEGIN = "chain", "begin"
 PROPOSAL = (MixtureProposal, Mode)
 BLOCK = (Block, EnsembleBlock, EnsembleState)
+
+
+WORDS = {"dimension": "number of parameters", "apart": "way to begin its ensembles"}
+"""What a spec has no key for, as a message calls it."""
+
+
+def _listed(names: Sequence[str]) -> str:
+    """What differs, as a message says it."""
+    return ", ".join(WORDS.get(name, name) for name in names)
 
 
 class Checkpoint:
@@ -43,7 +52,7 @@ class Checkpoint:
         self._shelf = replace(self._shelf, mark=dict(self._shelf.mark) | shape)
         if other := self._shelf.others(BEGIN):
             raise InputError(
-                f"{self._shelf.folder}: the chain was drawn with another {', '.join(other)}, so it "
+                f"{self._shelf.folder}: the chain was drawn with another {_listed(other)}, so it "
                 "cannot be gone on with; run without --resume to start anew, or choose another "
                 "folder with --out"
             )
