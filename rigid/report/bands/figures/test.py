@@ -11,17 +11,18 @@ from rigid.plots import metrology
 from rigid.plots.decimate import band_points, line_points
 from rigid.plots.figure import Columns, Drawn
 from rigid.plots.style import (
-    BLUE,
     GREEN,
+    GREY,
     ORANGE,
     PURPLE,
-    VERMILION,
+    SKY,
     house_style,
     new_figure,
 )
 from rigid.report.bands.section import COLOURS, Banded, FieldShown, columns, legend
 
-PART_COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE)
+# None of those of the cylinders, which are drawn above.
+PART_COLOURS = (SKY, GREY, GREEN, PURPLE, ORANGE)
 MOST_ROWS = 2000
 LEAST_SD = 1.0
 """Newtons below which a part of the load's uncertainty is not shown."""
