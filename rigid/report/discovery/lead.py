@@ -45,7 +45,8 @@ def lead(outcome: Outcome, extended: str | None) -> tuple[tuple[str, tuple[str, 
             f"Of campaigns in which the model is complete, {share(outcome.last.p_value)} leave as "
             "much over as these records do. The probability that nothing is missing is "
             f"{chance_of(nothing)}. What is too weak for these records may be missing all the "
-            "same: the last table says from what size on an effect would have shown."
+            "same: the table under 'What was tried and not kept' says from what size on an effect "
+            "would have shown."
         )
         still = f"Nothing was added. The gap is {gap(outcome.base):.4f}."
         return (("How sure?", (sure,)), ("What changed?", (still,)))

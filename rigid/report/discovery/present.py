@@ -109,8 +109,8 @@ def front(outcome: Outcome, made: dict[str, Any], run: Context) -> Front:
 def cannot(outcome: Outcome) -> tuple[str, ...]:
     """What the records cannot say."""
     weak = (
-        "Effects too weak for these records: the last table says from what size on each would have "
-        "shown."
+        "Effects too weak for these records: the table under 'What was tried and not kept' says "
+        "from what size on each would have shown."
     )
     either = [
         f"Whether it is {' or '.join([step.chosen, *(a['effect'] for a in alternatives(step))])}."
