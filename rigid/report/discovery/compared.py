@@ -91,8 +91,9 @@ def sentence(found: Compared) -> str:
     looked = f"{len(found.before)} comparisons of residuals, once the parameters were fitted"
     if not sure:
         return (
-            f"Model and records disagree nowhere beyond chance, in {looked}: the least p-value that "
-            f"counts them all is {least:.2g}. What is spread over many channels may still show in all together."
+            f"Model and records disagree nowhere beyond chance, in {looked}: the least p-value "
+            f"that counts them all is {least:.2g}. What is spread over many channels may still "
+            "show in all together."
         )
     return (
         f"Model and records disagree in {sure} of {looked}: by more than chance leaves anywhere in "
