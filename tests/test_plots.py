@@ -175,6 +175,21 @@ def test_a_number_beside_its_uncertainty_ends_where_that_does(value, sd, unit, e
 
 
 @pytest.mark.parametrize(
+    ("low", "high", "expected"),
+    [
+        (1.016673, 1.016699, 7),  # an instant of a release: five digits would show no interval
+        (4.8989e7, 4.9862e7, 5),
+        (-0.092334, -0.09134, 5),
+        (1.0, 1.0 + 1e-12, 8),
+        (0.0, 0.0, 5),
+        (float("nan"), 1.0, 5),
+    ],
+)
+def test_a_table_tells_the_ends_of_an_interval_apart(low, high, expected):
+    assert metrology.digits_apart(low, high) == expected
+
+
+@pytest.mark.parametrize(
     ("value", "unit", "wanted", "expected"),
     [
         (1003.2, "N", 2, "1.0 kN"),

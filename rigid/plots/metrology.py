@@ -22,6 +22,8 @@ _DIMENSIONLESS = ("", "-", "1")
 _SPACE, _MINUS, _TIMES = "\N{NO-BREAK SPACE}", "\N{MINUS SIGN}", "\N{MULTIPLICATION SIGN}"
 # A 90 % interval of a normal law is this many standard deviations wide.
 _SDS_IN_90_PERCENT = 3.29
+# Least and most significant digits of a number in a table of the terminal.
+_TABLE_DIGITS = (5, 8)
 # Beyond this ratio of the ends, an interval is read in orders of magnitude, not in decimals.
 _ORDERS_APART = 10.0
 
@@ -126,6 +128,15 @@ def digits(value: Number | None, unit: str, wanted: int = 2) -> str:
         return exact(value, unit)
     value = float(f"{value:.{wanted - 1}e}")
     return rounded(value, abs(value) / 10.0 ** (wanted - 2), unit)
+
+
+def digits_apart(low: Number, high: Number) -> int:
+    """Significant digits by which a table of plain numbers tells the ends of an interval apart."""
+    size, width = max(abs(low), abs(high)), abs(high - low)
+    if not (math.isfinite(size) and width > 0.0):
+        return _TABLE_DIGITS[0]
+    orders = math.floor(math.log10(size)) - math.floor(math.log10(width))
+    return int(np.clip(orders + 2, *_TABLE_DIGITS))
 
 
 def _scientific(value: Number) -> str:

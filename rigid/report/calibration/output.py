@@ -34,6 +34,7 @@ from rigid.inference.summary import (
 from rigid.io.provenance import versions
 from rigid.likelihood.problem import Problem
 from rigid.likelihood.set_aside import listed
+from rigid.plots.metrology import digits_apart
 from rigid.report.paper_values import of_the_paper, printed
 from rigid.report.taken import taken
 from rigid.report.usability import optimum, residuals
@@ -278,9 +279,9 @@ def table(found: Result) -> str:
         s = row.summary
         ess = f"{s.ess_bulk:8.0f}" if s.ess_bulk is not None else f"{'-':>8}"
         r_hat = f"{s.r_hat:8.3f}" if s.r_hat is not None else f"{'-':>8}"
-        lines.append(
-            f"{row.name:{wide}}{row.unit:8}{s.median:12.5g}{s.q05:12.5g}{s.q95:12.5g}{ess}{r_hat}"
-        )
+        d = digits_apart(s.q05, s.q95)
+        figures = f"{s.median:12.{d}g}{s.q05:12.{d}g}{s.q95:12.{d}g}"
+        lines.append(f"{row.name:{wide}}{row.unit:8}{figures}{ess}{r_hat}")
     note = "simulated data; " if found.simulated else ""
     verdict = "is usable" if found.usable else "must not be used as it stands"
     lines.append(f"{note}gap {found.gap.overall:.3f} (1 is the floor); the result {verdict}")
