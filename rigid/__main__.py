@@ -6,7 +6,8 @@ from importlib import import_module
 from rigid.io.version import __version__
 
 COMMANDS = (
-    *("new", "check", "fit", "bands", "discover", "laws", "compare", "batch", "paper", "validate"),
+    *("new", "check", "fit", "bands", "discover", "laws"),
+    *("plan", "validate", "compare", "batch", "paper"),
 )
 
 

@@ -20,7 +20,7 @@ LAYERS = (
     ("likelihood",),
     ("inference",),
     ("localfit",),
-    ("discovery", "friction", "smoothing", "published", "validation"),
+    ("discovery", "friction", "smoothing", "planning", "published", "validation"),
     ("report",),
     ("study",),
     (
@@ -33,6 +33,7 @@ LAYERS = (
         "laws",
         "new",
         "paper",
+        "plan",
         "validate",
         "__main__",
     ),
@@ -59,7 +60,7 @@ WITHIN = {
         ("templating",),
         ("page", "gallery", "made"),
         ("section",),
-        ("calibration", "discovery", "laws", "bands", "published", "season", "validation"),
+        ("calibration", "discovery", "laws", "bands", "published", "season", "plan", "validation"),
         ("compare", "paper"),
     ),
 }

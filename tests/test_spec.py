@@ -344,8 +344,8 @@ REFUSED = {
     # Unknown keys, wherever they stand
     "titel = 1": "[top level]: unknown key 'titel'; did you mean 'title'?",
     "zzz = 1": (
-        "[top level]: unknown key 'zzz'; known are bands, channels, model, priors, published, "
-        "records, rig, sampler, sensors, simulated, solve, title"
+        "[top level]: unknown key 'zzz'; known are bands, channels, model, plan, priors, "
+        "published, records, rig, sampler, sensors, simulated, solve, title"
     ),
     "[rig]\nM_hc = 60": "[rig]: unknown key 'M_hc'; did you mean 'M_HC'?",
     "[rig]\nl_0 = 60": "[rig]: unknown key 'l_0'; did you mean 'L_0'?",

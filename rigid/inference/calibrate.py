@@ -134,16 +134,33 @@ def calibrate(
         compile_programs(problem)
         shown.reach(0, f"{problem.parameters.size} parameters")
     compile_s = time.monotonic() - began
+    known = search_once(spec, records, problem, options, folder, searched)
     mark = fingerprint(spec, records, seed) | marks(problem.effects)
-    known = once(
-        Shelf(folder, mark, options.resume),
-        problem,
-        lambda: _searched(spec, records, problem, options, searched),
-    )
     checkpoint = Checkpoint(folder, mark | {"coordinates": known.chart.mark}, options.resume)
     draws = _sampled(spec, known, (seed, options), checkpoint)
     with stage(options.quiet, "predict and check"):
         return _told(known.found, known.weights, draws, records, (seed, compile_s))
+
+
+def search_once(
+    spec: Spec,
+    records: tuple[Record, ...],
+    problem: Problem,
+    options: Options,
+    folder: Path,
+    searched: Callable[[Found], None] = lambda _: None,
+) -> Searched:
+    """Search and fit a law to the posterior around the modes, or take what a folder keeps of it.
+
+    Arguments as those of `calibrate`.
+    """
+    seed = spec.sampler.seed if options.seed is None else options.seed
+    mark = fingerprint(spec, records, seed) | marks(problem.effects)
+    return once(
+        Shelf(folder, mark, options.resume),
+        problem,
+        lambda: _searched(spec, records, problem, options, searched),
+    )
 
 
 def _searched(
@@ -202,7 +219,9 @@ def propose(found: Found, rng: np.random.Generator, chart: Chart | None = None) 
 def fingerprint(spec: Spec, records: tuple[Record, ...], seed: int) -> dict[str, str]:
     """What a chain depends on, by name; when to stop is not part of it."""
     # Where a file lies does not matter, what it holds is in its own mark.
-    left_out = dict.fromkeys(("text", "path", "why_solver", "sampler", "title", "bands"), True)
+    left_out = dict.fromkeys(
+        ("text", "path", "why_solver", "sampler", "title", "bands", "plan"), True
+    )
     body = spec.model_dump(mode="json", exclude=left_out | {"records": {"__all__": {"file"}}})
     widths = spec.sampler.model_dump(include={"ensembles", "walkers", "block", "starts"})
     said = hashlib.sha256(repr((body, widths, seed)).encode()).hexdigest()

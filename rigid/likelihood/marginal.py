@@ -15,7 +15,7 @@ from jax import Array
 
 from rigid.likelihood import noise
 from rigid.likelihood.channels import Piece
-from rigid.likelihood.noise import Spread
+from rigid.likelihood.noise import Spreads
 
 Tree = TypeVar("Tree")
 
@@ -130,7 +130,7 @@ class Sensors(NamedTuple):
     """
 
     labels: tuple[str, ...]
-    spread: Spread
+    spread: Spreads
     of: tuple[np.ndarray, ...]
 
     def summed(self, found: Mapping[int, Tree]) -> Tree:
@@ -154,7 +154,7 @@ def sensors_of(pieces: tuple[Piece, ...]) -> Sensors:
     rows = jnp.asarray(list(spreads.values()))
     place = {label: i for i, label in enumerate(labels)}
     of = tuple(np.array([place[label] for label in piece.sensors]) for piece in pieces)
-    return Sensors(labels, Spread(rows[:, :1], rows[:, 1:]), of)
+    return Sensors(labels, Spreads(rows[:, :1], rows[:, 1:]), of)
 
 
 class Start(NamedTuple):

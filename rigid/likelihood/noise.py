@@ -65,13 +65,20 @@ class Calibration(NamedTuple):
 
 
 class Spread(NamedTuple):
-    """Prior standard deviations of gain [-] and zero [SI] of sensors; 0 where they are exact."""
+    """Prior standard deviations of gain [-] and zero [SI] of a sensor; 0 where it is exact."""
 
-    gain: float | Array
-    zero: float | Array
+    gain: float
+    zero: float
 
 
-def least_squares(sums: Sums, spread: Spread) -> Calibration:
+class Spreads(NamedTuple):
+    """The same of several sensors, (sensors, 1) each."""
+
+    gain: Array
+    zero: Array
+
+
+def least_squares(sums: Sums, spread: Spread | Spreads) -> Calibration:
     """Most probable gain and zero if noise and rounding were Gaussian, in closed form."""
     # In units of the spreads, where a spread of 0 is nothing special.
     by_gain, by_zero = spread.gain * sums.rm, spread.zero * sums.r
@@ -83,7 +90,9 @@ def least_squares(sums: Sums, spread: Spread) -> Calibration:
     )
 
 
-def _curvatures(gain: Array, both: Array, zero: Array, spread: Spread) -> tuple[Array, ...]:
+def _curvatures(
+    gain: Array, both: Array, zero: Array, spread: Spread | Spreads
+) -> tuple[Array, ...]:
     """Minus the Hessian of likelihood and prior in gain and zero over their spreads.
 
     - `gain`, `both`, `zero`: that of the likelihood in SI.
@@ -176,7 +185,7 @@ class Step(NamedTuple):
     var_zero: Array
 
 
-def step(expansion: Quadratic, at: Calibration, spread: Spread) -> Step:
+def step(expansion: Quadratic, at: Calibration, spread: Spread | Spreads) -> Step:
     """Step from `at` to where an expansion around it, the prior included, has its maximum."""
     g_gain = spread.gain * expansion.g_gain - _over(at.gain, spread.gain)
     g_zero = spread.zero * expansion.g_zero - _over(at.zero, spread.zero)
@@ -193,13 +202,13 @@ def step(expansion: Quadratic, at: Calibration, spread: Spread) -> Step:
     )
 
 
-def with_prior(expansion: Quadratic, at: Calibration, spread: Spread) -> Array:
+def with_prior(expansion: Quadratic, at: Calibration, spread: Spread | Spreads) -> Array:
     """Log-likelihood at `at` plus the log of the prior there, but for a constant."""
     gain, zero = _over(at.gain, spread.gain), _over(at.zero, spread.zero)
     return expansion.value - 0.5 * (gain**2 + zero**2)
 
 
-def marginal(expansion: Quadratic, at: Calibration, spread: Spread) -> Marginal:
+def marginal(expansion: Quadratic, at: Calibration, spread: Spread | Spreads) -> Marginal:
     """Integrate gain and zero out of an expansion around `at` by Laplace's method.
 
     A last Newton step leads from `at` to the maximum; the value there is that of the expansion.

@@ -239,6 +239,35 @@ class BandsSpec(Value):
         return self.model_copy(update={"posterior": one, "laws": laws})
 
 
+FACTOR = Field(gt=0.0, le=1e3)
+
+
+class PlanRecordSpec(Value):
+    """A record that could be taken: like one of the spec's, settings times those of that record.
+
+    - `cost`: of one such record, in any unit.
+    """
+
+    like: str
+    preload: Annotated[Real, FACTOR] = 1.0
+    flow: Annotated[Real, FACTOR] = 1.0
+    interval: Annotated[Real, FACTOR] = 1.0
+    cost: Annotated[Real, Field(gt=0.0)] = 1.0
+
+
+class PlanSpec(Value):
+    """Which record to take next.
+
+    - `quantities`: that it is to tell: names of parameters, or `abs_mu[80 Hz]`; the first ranks.
+    - `limits`: of what sensors may be made to read, by quantity in SI. - `records`: what could be
+      taken.
+    """
+
+    quantities: tuple[str, ...] = ()
+    limits: Mapping[Quantity, Annotated[Real, Field(gt=0.0)]] = {}
+    records: tuple[PlanRecordSpec, ...] = ()
+
+
 class SpecBody(Value):
     """The spec as its file has it; `channels` of a cylinder stand in for those of its records."""
 
@@ -251,6 +280,7 @@ class SpecBody(Value):
     channels: Mapping[str, Mapping[Quantity, ChannelSpec]] = Field(default={}, exclude=True)
     records: tuple[RecordSpec, ...] = ()
     bands: BandsSpec | None = None
+    plan: PlanSpec | None = None
     sampler: SamplerSpec = SamplerSpec()
     solve: SolveSpec = SolveSpec()
     published: PublishedSpec | None = Field(default=None, exclude=True)

@@ -40,11 +40,12 @@ from rigid.study.density import LogPosterior
 from rigid.study.discovery import Discovery, Question, answer, candidates
 from rigid.study.fit import Fit
 from rigid.study.laws import Laws, compare_laws
+from rigid.study.plan import Plan, plan
 from rigid.study.simulation import Readings, simulate
 from rigid.study.validation import Replicates, Validation, validate
 from rigid.validation.campaign import Base
 
-Result = TypeVar("Result", Discovery, Laws, Validation)
+Result = TypeVar("Result", Discovery, Laws, Plan, Validation)
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,6 +237,31 @@ class Study:
         problem = assemble(without_friction(self.solved), self.records)
         asked = self.solved, self.records, problem, self._seed(seed), options
         return self._written("laws", options, lambda: compare_laws(*asked))
+
+    def plan(
+        self,
+        quantities: tuple[str, ...] = (),
+        out: Path | str | None = None,
+        *,
+        seed: int | None = None,
+        resume: bool = False,
+        quiet: bool = False,
+    ) -> Plan:
+        """Rank records that could be taken next by what each would tell.
+
+        - `quantities`: names in a fit's table, `k_LC` or `abs_mu[80 Hz]`, the first of which ranks;
+          empty: those of the spec's [plan], or the usual ones.
+
+        Raises InputError for a quantity, a record or a setting that is not there.
+        """
+        options = self._options(out, seed, resume, quiet)
+        asked = self.solved, self.records, self.problem
+        with self._running("plan"), _folder(options) as folder:
+            found = plan(asked, quantities, self._seed(seed), options, folder)
+            if out is not None:
+                with stage(quiet, WRITE):
+                    found.write(folder)
+        return found
 
     def validate(
         self,

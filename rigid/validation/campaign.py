@@ -142,6 +142,24 @@ def draw(base: Base, design: Design, number: int) -> Campaign:
     )
 
 
+def measured(
+    base: Base,
+    design: Design,
+    z: np.ndarray,
+    sensors: Mapping[str, tuple[float, float]],
+    rng: np.random.Generator,
+) -> tuple[tuple[Record, ...], Problem]:
+    """Return records and problem that a given truth makes, and the readers take.
+
+    - `z` (size,); `sensors`: true gain and zero by "quantity,cylinder".
+
+    Raises InputError where they do not.
+    """
+    ideal, _ = _screened(base, z[None])
+    true = {label: {q: s[:, 0] for q, s in read.items()} for label, read in ideal.items()}
+    return _Made(base, design, z, sensors, true).measured(rng)
+
+
 def _screened(base: Base, z: np.ndarray) -> tuple[dict[str, dict[str, np.ndarray]], np.ndarray]:
     """Simulate draws and say which of them the readers might take.
 

@@ -1,0 +1,101 @@
+"""What a record would tell: the posterior's precision with it, before it is taken.
+
+Around a point of the posterior the log-posterior is quadratic, with the information J of the
+records there are. One more record adds S = G_ss - G_so (G_oo + 1)^-1 G_os of what it shares with
+the others, G being its own information and o its own numbers (flow fraction, preload, instant),
+which are new and have their priors. The variance of a quantity with slope g then is
+g (J + n S)^-1 g for n such records. G is that of readings simulated at the point.
+
+Source: Chaloner and Verdinelli (1995), Statistical Science 10, section 4 (Bayesian design of
+experiments by the information of a local approximation).
+"""
+
+import dataclasses
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.linalg import cho_factor, cho_solve
+
+from rigid.inference.newton import expanded, is_noise, joined
+from rigid.likelihood.problem import Problem, evaluate, in_batches, predict
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Point:
+    """A point of the posterior.
+
+    - `z` (size,). - `standard` (sensors, 2): most probable gains and zeros there, in prior sds.
+    """
+
+    z: Float[np.ndarray, " size"]
+    standard: Float[np.ndarray, "sensors 2"]
+
+
+def point(problem: Problem, z: Float[np.ndarray, " size"]) -> Point:
+    """Return the point at z, with gains and zeros."""
+    [(found, _)] = in_batches(evaluate, problem, z[None])
+    spreads = {p.sensor(i): p.sheet.spread for p in problem.pieces for i in range(len(p.tracks))}
+    rows = [
+        [
+            value / spread if spread > 0.0 else 0.0
+            for value, spread in zip(found.sensors[label][:2, 0], spreads[label], strict=True)
+        ]
+        for label in problem.sensors
+    ]
+    return Point(z, np.array(rows, dtype=float))
+
+
+def information(problem: Problem, at: Point) -> Float[np.ndarray, "own own"]:
+    """Information of a problem's records and priors at a point: numbers, then gains and zeros."""
+    w = joined(problem, at.z, at.standard)
+    return np.asarray(expanded(problem, w, at.z[is_noise(problem)]).information)
+
+
+def simulated(problem: Problem, at: Point, seed: int) -> tuple[Problem, dict[str, float]]:
+    """Return the problem with readings simulated at a point.
+
+    And the greatest magnitude that each quantity reads in the pieces that count.
+    """
+    rng = np.random.default_rng(seed)
+    [(read, _)] = in_batches(predict, problem, at.z[None])
+    values = problem.parameters.values(jnp.asarray(at.z[None]))
+    pieces, most = [], {}
+    for piece in problem.pieces:
+        sensors = [problem.sensors.index(label) for label in piece.sensors]
+        spread = np.array(piece.sheet.spread)
+        gain, zero = (at.standard[sensors] * spread).T
+        true = read[piece.group][piece.quantity][:, list(piece.tracks), 0]
+        noise = rng.standard_normal(true.shape) * np.asarray(piece.sigma(values))[:, 0]
+        data = (1.0 + gain) * true + zero + noise
+        if piece.sheet.step > 0.0:
+            data = np.round(data / piece.sheet.step) * piece.sheet.step
+        counts = np.asarray(piece.weight) > 0.0
+        if counts.any():
+            here = float(np.abs(np.where(counts, true, 0.0)).max())
+            most[piece.quantity] = max(most.get(piece.quantity, 0.0), here)
+        pieces.append(dataclasses.replace(piece, data=data))
+    return dataclasses.replace(problem, pieces=tuple(pieces)), most
+
+
+def added(
+    alone: Float[np.ndarray, "size size"], private: Int[np.ndarray, " own"]
+) -> Float[np.ndarray, "size size"]:
+    """Information that one more record adds to what it shares with the others.
+
+    - `alone`: its own information and the priors. - `private`: places of its own numbers.
+    """
+    shared = np.setdiff1d(np.arange(len(alone)), private)
+    out = np.zeros_like(alone)
+    told = alone - np.eye(len(alone))
+    left = told[np.ix_(shared, shared)]
+    if len(private):
+        across = alone[np.ix_(private, shared)]
+        left = left - across.T @ cho_solve(cho_factor(alone[np.ix_(private, private)]), across)
+    out[np.ix_(shared, shared)] = 0.5 * (left + left.T)
+    return out
+
+
+def sd(precision: Float[np.ndarray, "size size"], slope: Float[np.ndarray, " size"]) -> float:
+    """Standard deviation of a quantity with a slope, under a Gaussian law of a precision."""
+    return float(np.sqrt(slope @ cho_solve(cho_factor(precision), slope)))

@@ -1,0 +1,179 @@
+"""Candidates for the next record, ranked by what each is expected to tell of a quantity."""
+
+import dataclasses
+import os
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from rigid.inference.adaptation import drawn
+from rigid.inference.derived import values_of
+from rigid.inference.newton import is_noise
+from rigid.inference.search_cache import Searched
+from rigid.likelihood.problem import Problem, log_density
+from rigid.planning.change import FLOW, Change, changed, limits_of, own, placed
+from rigid.planning.information import added, information, point, sd, simulated
+from rigid.planning.quantity import Quantity, slope
+from rigid.records.record import Record
+from rigid.spec import Spec
+
+POINTS = 8
+"""Of the posterior, at which the records that there are and the candidates are expanded."""
+DRAWS = 256
+"""Of the law over the modes, of which the points are taken by their weights."""
+REPEATS = (1, 2, 4)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Ranked:
+    """One candidate.
+
+    - `change`. - `factor` (quantities, repeats, points): sd of each quantity with so many of
+      REPEATS such records over the sd without, by point of the posterior.
+    - `beyond`: what would be read or set beyond its limit; None: nothing.
+    """
+
+    change: Change
+    factor: Float[np.ndarray, "quantities repeats points"]
+    beyond: "Beyond | None"
+
+    def expected(self, quantity: int = 0, repeats: int = 0) -> float:
+        """Median over the posterior of the factor."""
+        return float(np.median(self.factor[quantity, repeats]))
+
+    def within(self, quantity: int = 0, repeats: int = 0) -> tuple[float, float]:
+        """5 and 95 % over the points of the posterior."""
+        low, high = np.quantile(self.factor[quantity, repeats], [0.05, 0.95])
+        return float(low), float(high)
+
+    @property
+    def worth(self) -> float:
+        """Nats by which the first quantity is known better, for a unit of cost."""
+        return -float(np.log(self.expected())) / self.change.cost
+
+
+@dataclasses.dataclass(frozen=True)
+class Beyond:
+    """A limit that a candidate would not keep: of what, what is reached, and what may be."""
+
+    what: str
+    reached: float
+    limit: float
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Ranking:
+    """All candidates, the worthiest for the first quantity first; those beyond a limit last.
+
+    - `quantities`: their names. - `median`, `sd` (quantities,): at the points, SI; `sd` is that of
+      the records there are, by the local approximation.
+    """
+
+    quantities: tuple[str, ...]
+    median: Float[np.ndarray, " quantities"]
+    sd: Float[np.ndarray, " quantities"]
+    ranked: tuple[Ranked, ...]
+
+    @property
+    def possible(self) -> tuple[Ranked, ...]:
+        """Candidates that can be taken."""
+        return tuple(one for one in self.ranked if one.beyond is None)
+
+
+class Fitted(NamedTuple):
+    """What is asked of: a spec, its records, and the law of their posterior."""
+
+    spec: Spec
+    records: tuple[Record, ...]
+    known: Searched
+
+
+def rank(
+    fitted: Fitted,
+    asked: Mapping[str, Quantity],
+    changes: tuple[Change, ...],
+    seed: int,
+    report: Callable[[int], None] = lambda _: None,
+) -> Ranking:
+    """Rank candidates by what they are expected to tell.
+
+    - `asked`: quantities by name. - `report(done)`: after each candidate.
+    """
+    problem = fitted.known.found.problem
+    points = _points(fitted.known, np.random.default_rng([seed, 3]))
+    slopes = np.array([[_slope(problem, q, z) for z in points] for q in asked.values()])
+    with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
+        now = list(pool.map(lambda z: information(problem, point(problem, z)), points))
+        before = _sds(now, slopes)
+        ranked = []
+        for number, change in enumerate(changes, start=1):
+            new = changed(fitted.spec, fitted.records, problem, change)
+            told = list(pool.map(partial(_told, problem, new, change, seed), points))
+            after = [
+                _sds([j + n * one.adds for j, one in zip(now, told, strict=True)], slopes)
+                for n in REPEATS
+            ]
+            factor = np.stack(after, axis=1) / before[:, None]
+            ranked.append(Ranked(change, factor, _beyond(told, limits_of(fitted.spec))))
+            report(number)
+    ranked.sort(key=lambda one: (one.beyond is not None, -one.worth))
+    median = np.array([np.median(quantity(points)) for quantity in asked.values()])
+    return Ranking(tuple(asked), median, np.median(before, axis=1), tuple(ranked))
+
+
+def _points(known: Searched, rng: np.random.Generator) -> Float[np.ndarray, "points size"]:
+    """Points of the posterior: draws of the law over the modes, by their weights."""
+    density = known.chart.density(lambda z: log_density(known.found.problem, z))
+    found = drawn(density, known.law, rng, DRAWS)
+    share = found.weight / found.weight.sum()
+    # Systematic: a draw of great weight is taken as often as its weight says, within one.
+    places = (rng.uniform() + np.arange(POINTS)) / POINTS
+    at = np.searchsorted(np.cumsum(share), places)
+    return known.chart.standard(found.z[np.minimum(at, DRAWS - 1)])
+
+
+def _slope(problem: Problem, quantity: Quantity, z: np.ndarray) -> np.ndarray:
+    """Slope of a quantity by the numbers of a problem, then by gains and zeros of its sensors."""
+    free = slope(quantity, z)[~is_noise(problem)]
+    return np.concatenate([free, np.zeros(2 * len(problem.sensors))])
+
+
+def _sds(
+    precisions: list[np.ndarray], slopes: np.ndarray
+) -> Float[np.ndarray, "quantities points"]:
+    """Standard deviation of every quantity at every point."""
+    return np.array([[sd(j, g) for j, g in zip(precisions, row, strict=True)] for row in slopes])
+
+
+class _Told(NamedTuple):
+    """What a candidate adds at a point, and the greatest of what it reads and sets."""
+
+    adds: np.ndarray
+    greatest: Mapping[str, float]
+
+
+def _told(base: Problem, new: Problem, change: Change, seed: int, z: np.ndarray) -> _Told:
+    here = dataclasses.replace(point(base, z), z=placed(base, new, change, z))
+    made, greatest = simulated(new, here, seed)
+    private = own(new, change)
+    values = values_of(new, here.z[None])
+    for what, name in (("flow fraction", FLOW), ("load", "preload")):
+        found = [float(values[p.label][0]) for p in private if p.base == name]
+        if found:
+            greatest[what] = max(*found, greatest.get(what, 0.0))
+    free = [p.label for p in new.parameters.sampled if p.base != "noise"]
+    places = np.array([free.index(p.label) for p in private], dtype=int)
+    return _Told(added(information(made, here), places), greatest)
+
+
+def _beyond(told: list[_Told], limits: Mapping[str, float]) -> Beyond | None:
+    """The first limit that half of the points do not keep."""
+    for what in told[0].greatest:
+        reached = float(np.median([one.greatest[what] for one in told]))
+        if reached > limits.get(what, np.inf):
+            return Beyond(what, reached, limits[what])
+    return None

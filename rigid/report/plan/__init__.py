@@ -1,0 +1,1 @@
+"""Which record to take next, told: files, terminal, section, figure."""

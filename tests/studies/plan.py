@@ -1,0 +1,168 @@
+"""Does the next record tell what it was expected to, and more than one taken by chance?
+
+    python tests/studies/plan.py --campaigns 50 --part 0/2
+
+Campaigns are those that `rigid validate` draws of the priors of fits/calibration.toml. Each is
+fitted, and records that could be taken are ranked for |mu| at 80 Hz and k_LC. The first and one
+drawn by chance are then taken: simulated at the truth, with a preload and an instant of their own,
+put beside the campaign and fitted with it. Rows: the standard deviations before and after, and the
+factors that were expected. Resumable; OUT.K.jsonl; OUT.md from all parts.
+"""
+
+import argparse
+import datetime
+import sys
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from rows import carry_out, lines_of
+
+ROOT = Path(__file__).parents[2]
+SEED, FARTHEST = 9177, 3.0
+QUANTITIES = ("abs_mu[80 Hz]", "k_LC")
+NEXT = "next"
+
+
+class Case(NamedTuple):
+    """One campaign."""
+
+    number: int
+
+
+def one_campaign(case: Case) -> dict:
+    """What was expected of two records, and what they told."""
+    from rigid.inference.calibrate import propose
+    from rigid.inference.search import search_from
+    from rigid.planning.change import stated
+    from rigid.planning.quantity import quantity_of
+    from rigid.planning.ranking import Fitted, rank
+    from rigid.spec import load_spec
+    from rigid.validation.campaign import draw, read_base
+    from rigid.validation.design import Design
+
+    spec, rng = (
+        load_spec(ROOT / "fits" / "calibration.toml"),
+        np.random.default_rng([SEED, case[0]]),
+    )
+    made = draw(read_base(spec, {}), Design(SEED), case.number)
+    found = search_from(made.problem, np.clip(made.z, -FARTHEST, FARTHEST)[None])
+    known = propose(found, rng)
+    asked = {name: quantity_of(found.problem, name, "study") for name in QUANTITIES}
+    ranking = rank(Fitted(spec, made.records, known), asked, stated(spec), SEED)
+    before = _sds(found, asked)
+    row: dict[str, Any] = {"case": case._asdict(), "before": before, "taken": {}}
+    by_chance = int(rng.integers(1, len(ranking.possible)))
+    for name, one in (("first", ranking.possible[0]), ("by chance", ranking.possible[by_chance])):
+        after = _sds(_taken(spec, made, one.change, rng), asked)
+        row["taken"][name] = {
+            "record": one.change.says,
+            "expected": [round(one.expected(q), 4) for q in range(len(QUANTITIES))],
+            "found": [round(a / b, 4) for a, b in zip(after, before, strict=True)],
+        }
+    return row
+
+
+def _sds(found: Any, asked: dict) -> list[float]:
+    """Standard deviations of the quantities by the law around the best fit."""
+    from rigid.inference.newton import is_noise
+    from rigid.planning.quantity import quantity_of, slope
+
+    best, free = found.optima[0], ~is_noise(found.problem)
+    slopes = [slope(quantity_of(found.problem, name, "study"), best.z)[free] for name in asked]
+    covariance = best.covariance[np.ix_(free, free)]
+    return [float(np.sqrt(g @ covariance @ g)) for g in slopes]
+
+
+def _taken(spec: Any, made: Any, change: Any, rng: np.random.Generator) -> Any:
+    """Fit the campaign together with a record that was taken."""
+    import dataclasses
+
+    from rigid.inference.search import search_from
+    from rigid.likelihood.assemble import assemble
+    from rigid.planning.change import as_taken, placed
+    from rigid.validation.campaign import Base, measured
+    from rigid.validation.design import Design
+
+    more = as_taken(spec, made.records, change, NEXT)
+    longer = spec.model_copy(update={"records": spec.records + more.specs})
+    base = Base(longer, made.records + more.records, assemble(longer, made.records + more.records))
+    truth = rng.standard_normal(base.problem.parameters.size)
+    old = dict(zip(made.problem.parameters.labels, made.z, strict=True))
+    like = {
+        p.label: p.label.replace(f"[{NEXT},", f"[{change.like},")
+        for p in base.problem.parameters.sampled
+    }
+    new = {  # a preload and an instant are new; a flow fraction is that of the record it is like
+        p.label for p in base.problem.parameters.sampled
+        if p.record == NEXT and p.base in ("preload", "release_time")
+    }  # fmt: skip
+    for i, p in enumerate(base.problem.parameters.sampled):
+        if p.label not in new:
+            truth[i] = old[like[p.label]]
+    own = dataclasses.replace(change, like=NEXT)
+    truth = placed(base.problem, base.problem, own, truth)
+    records, _ = measured(base, Design(SEED), truth, made.sensors, rng)
+    both = made.records + tuple(r for r in records if r.name == NEXT)
+    problem = assemble(longer, both)
+    return search_from(problem, np.clip(truth, -FARTHEST, FARTHEST)[None])
+
+
+def page(rows: list[dict]) -> str:
+    """What was expected and what was found, by record and quantity."""
+    out = [
+        "| record | quantity | campaigns | factor expected, median | found, median "
+        "| ln found - ln expected: mean ± its error, sd |",
+        "|---|---|---|---|---|---|",
+    ]
+    for name in ("first", "by chance"):
+        for q, quantity in enumerate(QUANTITIES):
+            expected = np.array([r["taken"][name]["expected"][q] for r in rows])
+            found = np.array([r["taken"][name]["found"][q] for r in rows])
+            off = np.log(found / expected)
+            spread = off.std(ddof=1) if len(off) > 1 else np.nan
+            out.append(
+                f"| {name} | {quantity.replace('abs_mu', 'abs mu')} | {len(rows)} "
+                f"| {np.median(expected):.3f} | {np.median(found):.3f} "
+                f"| {off.mean():+.3f} ± {spread / np.sqrt(len(off)):.3f}, {spread:.3f} |"
+            )
+    better = sum(
+        r["taken"]["first"]["found"][0] < r["taken"]["by chance"]["found"][0] for r in rows
+    )
+    out += ["", f"The first told more of {QUANTITIES[0].replace('abs_mu', 'abs mu')} than the one "
+            f"by chance in {better} of {len(rows)} campaigns."]  # fmt: skip
+    return "\n".join(out)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--campaigns", type=int, default=50)
+    parser.add_argument("--part", default="0/1", help="K/N: every N-th campaign from the K-th on")
+    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "studies" / "plan")
+    args = parser.parse_args()
+    from rigid.io.runtime import prepare
+
+    prepare()
+    part, parts = map(int, args.part.split("/"))
+    path = args.out.with_suffix(f".{part}.jsonl")
+    cases = [Case(n) for n in range(args.campaigns) if n % parts == part]
+    carry_out(path, cases, one_campaign, lambda row: row["taken"])
+    rows = lines_of(sorted(args.out.parent.glob(f"{args.out.name}.*.jsonl")))
+    code = ", ".join(sorted({row["commit"] for row in rows}))
+    today = datetime.datetime.now(datetime.UTC).date().isoformat()
+    about = (__doc__ or "").split("\n\n")[2].split(" Rows:")[0].replace("\n", " ")
+    text = f"""# The next record: expected and found
+
+`python {" ".join(sys.argv)}`, code of {code}, {today} (simulated, seed {SEED}).
+
+{about}
+{len(rows)} campaigns; a factor is that of the standard deviation.
+
+{page(rows)}
+"""
+    args.out.with_suffix(".md").write_text(text, encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
