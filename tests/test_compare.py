@@ -14,7 +14,7 @@ import xarray as xr
 from rigid import compare as command
 from rigid.inference.posterior import chain_coords, save_posterior
 from rigid.io.errors import InputError
-from rigid.report.compare.content import compared
+from rigid.report.compare.content import _signed, compared
 from rigid.report.compare.differences import differences
 from rigid.report.compare.moved import LEAST_SHARE, SDS_IN_90, moves, same_model, sharing
 from rigid.report.compare.runs import Figures, Run, read_run, read_runs
@@ -317,3 +317,10 @@ def test_a_real_pair_with_and_without_an_effect(tmp_path):
     assert told == {("effect", "frequency-dependent-friction"): ("no", "yes")}
     assert {"k_LC", "mu"} <= {move.parameter for move in found.moved[0]}
     assert all(run.friction is not None for run in found.runs)
+
+
+@pytest.mark.parametrize(
+    ("percent", "told"), [(22.11, "+22"), (0.0987, "+0.099"), (99.6, "+100"), (-0.004, "0")]
+)
+def test_a_change_has_two_digits_and_no_sign_where_it_is_none(percent, told):
+    assert _signed(percent) == told

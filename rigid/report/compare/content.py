@@ -201,7 +201,7 @@ def _values(move: Move) -> tuple[str, ...]:
 
 
 def _z(move: Move) -> str:
-    return metrology.ABSENT if move.z is None else metrology.minus(f"{move.z:+.1f}")
+    return metrology.ABSENT if move.z is None else metrology.minus(f"{round(move.z, 1) + 0.0:+.1f}")
 
 
 def _bounds(move: Move) -> str:
@@ -216,13 +216,18 @@ MOST_TOLD = 100.0
 """Standard deviations beyond which no number is told."""
 
 
+def _signed(percent: float) -> str:
+    """Two digits of it, since it is a difference of uncertain numbers; 0 below a hundredth."""
+    return metrology.minus(f"{float(f'{percent:.1e}'):+g}") if abs(percent) >= 0.01 else "0"
+
+
 def _row(move: Move) -> tuple[str, ...]:
     """Parameter, before, after, change, standard deviations, bounds."""
     change = move.after.median / move.before.median if move.before.median else None
     if move.logarithms:
         told = f"× {change:.3g}"
     elif change is not None and change > 0.0:
-        told = metrology.minus(f"{100.0 * (change - 1.0):+.2f} %")
+        told = f"{_signed(100.0 * (change - 1.0))} %"
     else:
         told = metrology.significant(move.difference, move.unit)
     return move.parameter, *_values(move), told, _z(move), _bounds(move)
