@@ -653,7 +653,17 @@ def test_the_section_says_what_the_comparison_says():
         assert says in table(made)
         assert ('class="front good"' in html) == (made["verdict"] != CANNOT_TELL and made["usable"])
         assert html == page_of(spec, made)
-    assert "would part" in page_of(spec, told(CANNOT_TELL, (VISCOUS,)))
+
+
+def test_a_next_record_that_is_not_enough_says_so():
+    spec = load_spec(Path(__file__).parents[1] / "fits" / "calibration.toml")
+    made = told(CANNOT_TELL, (VISCOUS,))
+    assert "told apart in 98 of 100 campaigns." in page_of(spec, made)  # Phi(2.0)
+    made["next_record"]["apart"] = 1.2
+    for text in (table(made), page_of(spec, made)):
+        assert "told apart in 88 of 100 campaigns, which is less than 19 of 20" in text
+    assert "Whether friction is coulomb, viscous" not in page_of(spec, made)
+    assert "Whether friction is coulomb or viscous." in page_of(spec, made)
 
 
 def test_the_table_has_a_row_a_law():

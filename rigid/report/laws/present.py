@@ -1,5 +1,7 @@
 """From the comparison of laws to what its section of the page shows."""
 
+from collections.abc import Mapping
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -54,12 +56,25 @@ def front(made: dict[str, Any]) -> Front:
             for one in laws
             if one["probability"] > LEAST_TOLD or one["tied"]
         ),
-        cannot=() if made["verdict"] != CANNOT_TELL else (f"Tell {_names(made)} apart.",),
+        cannot=()
+        if made["verdict"] != CANNOT_TELL
+        else (f"Whether friction is {laws[0]['words']} or {_names(made).replace(', ', ' or ')}.",),
         next=(
             *(() if made["usable"] else (TO_DO,)),
-            *(() if record is None else (f"Take {record['record']}.",)),
+            *(() if record is None else (_take(record),)),
         ),
         figure="evidence",
+    )
+
+
+def _take(record: Mapping[str, Any]) -> str:
+    """What to record next, and whether it alone would tell the first two models apart."""
+    often = 100.0 * NormalDist().cdf(record["apart"])
+    told = "more than 99" if often > 99.0 else f"{often:.0f}"
+    enough = "" if record["apart"] > PARTED else ", which is less than 19 of 20: take more than one"
+    return (
+        f"Take {record['record']}: with it, the first model and the likeliest of those tied with "
+        f"it are told apart in {told} of 100 campaigns{enough}."
     )
 
 
@@ -99,13 +114,6 @@ def notes(made: dict[str, Any]) -> tuple[str, ...]:
         f"{MOST_APART:g}. A larger model that is tied is not needed where the odds against it are "
         f"above {np.exp(DECIDED):.0f} whatever is done to the priors of its amplitudes.",
     ]
-    if made["next_record"] is not None:
-        record = made["next_record"]
-        parts = "would part" if record["apart"] > PARTED else "would help most, but not part,"
-        out.append(
-            f"The record that {parts} the first model and the likeliest of those tied with it: "
-            f"{record['record']} ({record['apart']:.1f}; {PARTED} parts two in 19 of 20)."
-        )
     if made.get("solver") is not None:
         out.append(f"The first model's fit: {made['solver']['says']}.")
     refitted = sum(r["refitted"] for one in made["laws"] for r in one["records"])
@@ -128,6 +136,5 @@ def table(made: dict[str, Any]) -> str:
             f"{'tied' if one['tied'] else ''}".rstrip()
         )
     if made["next_record"] is not None:
-        record = made["next_record"]
-        lines.append(f"next record: {record['record']} ({record['apart']:.1f}; {PARTED} parts two)")
+        lines.append(f"next: {_take(made['next_record'])}")
     return "\n".join(lines) + "\n"
