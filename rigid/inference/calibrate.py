@@ -61,6 +61,15 @@ FIRST_DOF, DOF = 8.0, 16.0
 the posterior: heavier tails than a Gaussian, so that no region is proposed too rarely."""
 
 
+@dataclasses.dataclass(frozen=True, eq=False)
+class Asked:
+    """What is fitted: a spec, its records as read, and the problem of both, from `assemble`."""
+
+    spec: Spec
+    records: tuple[Record, ...]
+    problem: Problem
+
+
 @dataclasses.dataclass(frozen=True)
 class Calibrated:
     """All that a fit found.
@@ -115,75 +124,54 @@ class Calibrated:
 
 
 def calibrate(
-    spec: Spec,
-    records: tuple[Record, ...],
-    problem: Problem,
-    options: Options,
-    folder: Path,
-    searched: Callable[[Found], None] = lambda _: None,
+    asked: Asked, options: Options, folder: Path, searched: Callable[[Found], None] = lambda _: None
 ) -> Calibrated:
     """Fit a spec to its records.
 
-    - `problem`: of both, from `assemble`.
     - `folder`: where the chain is kept; the caller holds it locked.
     - `searched`: is told what the search found, before the chain runs.
     """
+    spec, records = asked.spec, asked.records
     seed = spec.sampler.seed if options.seed is None else options.seed
     began = time.monotonic()
     with stage(options.quiet, "compile") as shown:
-        compile_programs(problem)
-        shown.reach(0, f"{problem.parameters.size} parameters")
+        compile_programs(asked.problem)
+        shown.reach(0, f"{asked.problem.parameters.size} parameters")
     compile_s = time.monotonic() - began
-    known = search_once(spec, records, problem, options, folder, searched)
-    mark = fingerprint(spec, records, seed) | marks(problem.effects)
-    checkpoint = Checkpoint(folder, mark | {"coordinates": known.chart.mark}, options.resume)
-    draws = _sampled(spec, known, (seed, options), checkpoint)
+    known = search_once(asked, options, folder, searched)
+    mark = _mark(asked, seed) | {"coordinates": known.chart.mark}
+    draws = _sampled(spec, known, (seed, options), Checkpoint(folder, mark, options.resume))
     with stage(options.quiet, "predict and check"):
         return _told(known.found, known.weights, draws, records, (seed, compile_s))
 
 
 def search_once(
-    spec: Spec,
-    records: tuple[Record, ...],
-    problem: Problem,
-    options: Options,
-    folder: Path,
-    searched: Callable[[Found], None] = lambda _: None,
+    asked: Asked, options: Options, folder: Path, searched: Callable[[Found], None] = lambda _: None
 ) -> Searched:
-    """Search and fit a law to the posterior around the modes, or take what a folder keeps of it.
-
-    Arguments as those of `calibrate`.
-    """
+    """Search and fit a law to the posterior around the modes, or take what a folder keeps of it."""
+    spec, problem = asked.spec, asked.problem
     seed = spec.sampler.seed if options.seed is None else options.seed
-    mark = fingerprint(spec, records, seed) | marks(problem.effects)
-    return once(
-        Shelf(folder, mark, options.resume),
-        problem,
-        lambda: _searched(spec, records, problem, options, searched),
-    )
+
+    def made() -> Searched:
+        begin = partial(beginnings, spec, asked.records, problem, seed)
+        if steady_part(spec) is None:
+            first = begin()
+        else:
+            starts = with_ease(spec.sampler.starts)
+            with stage(options.quiet, "search the steady rig", starts, "starts") as shown:
+                first = begin(shown.reach)
+        with stage(options.quiet, "search", int(first.counts.sum()), "starts") as shown:
+            found = search_from(problem, first.z, shown.reach, first.counts)
+        searched(found)
+        with stage(options.quiet, "approximate the posterior"):
+            return trusted(found, seed, lambda: say(options.quiet, REMADE))
+
+    return once(Shelf(folder, _mark(asked, seed), options.resume), problem, made)
 
 
-def _searched(
-    spec: Spec,
-    records: tuple[Record, ...],
-    problem: Problem,
-    options: Options,
-    searched: Callable[[Found], None],
-) -> Searched:
-    """Search and weigh the modes."""
-    seed = spec.sampler.seed if options.seed is None else options.seed
-    starts = spec.sampler.starts
-    begin = partial(beginnings, spec, records, problem, seed)
-    if steady_part(spec) is None:
-        first = begin()
-    else:
-        with stage(options.quiet, "search the steady rig", with_ease(starts), "starts") as shown:
-            first = begin(shown.reach)
-    with stage(options.quiet, "search", int(first.counts.sum()), "starts") as shown:
-        found = search_from(problem, first.z, shown.reach, first.counts)
-    searched(found)
-    with stage(options.quiet, "approximate the posterior"):
-        return trusted(found, seed, lambda: say(options.quiet, REMADE))
+def _mark(asked: Asked, seed: int) -> dict[str, str]:
+    """What a search and a chain depend on, by name."""
+    return fingerprint(asked.spec, asked.records, seed) | marks(asked.problem.effects)
 
 
 def trusted(found: Found, seed: int, remade: Callable[[], None] = lambda: None) -> Searched:

@@ -93,15 +93,7 @@ def exact(value: Number | None, unit: str) -> str:
 
 def estimate(value: Number | None, sd: Number | None, unit: str) -> str:
     """Value and standard deviation, two digits of the latter: "60.3 ± 1.2 MN/m"."""
-    if value is None or not math.isfinite(value):
-        return ABSENT
-    if sd is None or not (math.isfinite(sd) and sd > 0.0):
-        return exact(value, unit)
-    exponent = exponent_of(max(abs(value), sd), unit)
-    value, sd = value / 10.0**exponent, sd / 10.0**exponent
-    decimals = _decimals(sd)
-    joined = f"{_fixed(value, decimals)}{_SPACE}±{_SPACE}{_fixed(sd, decimals)}"
-    return _with_unit(joined, unit, exponent, joined=True)
+    return _to_sd(value, sd, unit, beside=True)
 
 
 def significant(value: Number | None, unit: str, digits: int = 3) -> str:
@@ -113,13 +105,20 @@ def significant(value: Number | None, unit: str, digits: int = 3) -> str:
 
 def rounded(value: Number | None, sd: Number | None, unit: str) -> str:
     """A number alone, to the last digit of its standard deviation: "60.3 MN/m" of 60.3 ± 1.2."""
+    return _to_sd(value, sd, unit, beside=False)
+
+
+def _to_sd(value: Number | None, sd: Number | None, unit: str, *, beside: bool) -> str:
+    """Print a number to the last digit of its standard deviation, with that beside it or not."""
     if value is None or not math.isfinite(value):
         return ABSENT
     if sd is None or not (math.isfinite(sd) and sd > 0.0):
         return exact(value, unit)
     exponent = exponent_of(max(abs(value), sd), unit)
     value, sd = value / 10.0**exponent, sd / 10.0**exponent
-    return _with_unit(_fixed(value, _decimals(sd)), unit, exponent, joined=False)
+    decimals = _decimals(sd)
+    more = f"{_SPACE}±{_SPACE}{_fixed(sd, decimals)}" if beside else ""
+    return _with_unit(_fixed(value, decimals) + more, unit, exponent, joined=beside)
 
 
 def digits(value: Number | None, unit: str, wanted: int = 2) -> str:

@@ -13,6 +13,8 @@ from rigid.inference.summary import Check, Summary
 from rigid.plots.figure import Illustration
 from rigid.plots.shown import ChannelFit, FrictionCurve, ParameterDraws, Roots, Trace
 from rigid.report.paper_values import Published
+from rigid.report.taken import sentences
+from rigid.spec import Spec
 
 
 @dataclass(frozen=True)
@@ -182,6 +184,22 @@ class FoundContent(Content):
 
     found: Mapping[str, Any]
     notes: tuple[str, ...] = ()
+
+
+def found_content(
+    spec: Spec, made: dict[str, Any], provenance: Provenance, front: Front, notes: tuple[str, ...]
+) -> FoundContent:
+    """Gather the section of a command; `made` is what goes to its JSON file."""
+    return FoundContent(
+        title=spec.title or spec.path.stem,
+        simulated=spec.simulated,
+        front=front,
+        provenance=provenance,
+        checks=tuple(Check(**one) for one in made["checks"]),
+        taken=sentences(made),
+        found=made,
+        notes=notes,
+    )
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,11 @@ from typing import Any
 
 import pandas as pd
 
-from rigid.inference.calibrate import search_once
+from rigid.inference.calibrate import Asked, search_once
 from rigid.inference.search_cache import Searched
 from rigid.io.cli import Options
 from rigid.io.files import write_text
 from rigid.io.progress import stage
-from rigid.likelihood.problem import Problem
 from rigid.planning.change import stated
 from rigid.planning.quantity import quantity_of, usual
 from rigid.planning.ranking import Fitted, Ranking, rank
@@ -68,7 +67,7 @@ class Plan(CommandResult):
 
 
 def plan(
-    asked: tuple[Spec, tuple[Record, ...], Problem],
+    asked: Asked,
     quantities: tuple[str, ...],
     seed: int,
     options: Options,
@@ -76,17 +75,17 @@ def plan(
 ) -> Plan:
     """Search, fit a law to the posterior, and rank records that could be taken.
 
-    - `asked`: spec, records, and the problem of both. - `quantities`: names; empty: those of the
-      spec, or the usual ones. - `folder`: keeps the search.
+    - `quantities`: names; empty: those of the spec, or the usual ones. - `folder`: keeps the
+      search.
 
     Raises InputError for a quantity, a record or a setting that is not there.
     """
-    spec, records, problem = asked
+    spec, records, problem = asked.spec, asked.records, asked.problem
     given = () if spec.plan is None else spec.plan.quantities
     names = quantities or given or usual(problem)
     values = {name: quantity_of(problem, name, f"{spec.path} [plan]") for name in names}
     changes = stated(spec)
-    known = search_once(spec, records, problem, options, folder)
+    known = search_once(asked, options, folder)
     with stage(options.quiet, "weigh records", len(changes), "records") as shown:
         found = rank(Fitted(spec, records, known), values, changes, seed, shown.reach)
     return Plan(spec, records, known, found, seed)

@@ -16,7 +16,7 @@ from jax import Array
 from jax.typing import ArrayLike
 
 from rigid.friction.models import without_friction
-from rigid.inference.calibrate import calibrate
+from rigid.inference.calibrate import Asked, calibrate
 from rigid.inference.demand import demand
 from rigid.inference.search import Found
 from rigid.inference.solver_choice import left_open, with_solver
@@ -95,6 +95,10 @@ class Study:
         full = solved.solve.method == "diffrax"
         return solved, problem.with_tolerance(solved.solve.tolerance) if full else problem
 
+    @property
+    def _asked(self) -> Asked:
+        return Asked(self.solved, self.records, self.problem)
+
     @cached_property
     def log_posterior(self) -> LogPosterior:
         """Log-posterior density as a function of a vector z."""
@@ -152,9 +156,7 @@ class Study:
         takes.require_room(self.spec.path)
         say(quiet, takes.says)
         with self._running("fit"), _folder(options) as folder:
-            done = calibrate(
-                self.solved, self.records, problem, options, folder, self._first(options, began)
-            )
+            done = calibrate(self._asked, options, folder, self._first(options, began))
             found = Fit(self.solved, done, time.monotonic() - began)
             if out is not None:
                 with stage(quiet, WRITE):
@@ -255,7 +257,7 @@ class Study:
         Raises InputError for a quantity, a record or a setting that is not there.
         """
         options = self._options(out, seed, resume, quiet)
-        asked = self.solved, self.records, self.problem
+        asked = self._asked
         with self._running("plan"), _folder(options) as folder:
             found = plan(asked, quantities, self._seed(seed), options, folder)
             if out is not None:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from rigid.inference.calibrate import calibrate, propose
+from rigid.inference.calibrate import Asked, calibrate, propose
 from rigid.inference.search import Found, search_from
 from rigid.io.cli import Options
 from rigid.jobs.job import Given
@@ -121,7 +121,7 @@ def _full(
     options = Options(str(spec.path), None, seed, resume=False, quiet=True, as_json=False)
     problem = broken(campaign.problem, design.broken, campaign.z)
     with tempfile.TemporaryDirectory(prefix="rigid-") as folder:
-        done = calibrate(spec, campaign.records, problem, options, Path(folder))
+        done = calibrate(Asked(spec, campaign.records, problem), options, Path(folder))
     return done.problem, of_chain(done.problem, done.draws), len(done.found.optima)
 
 

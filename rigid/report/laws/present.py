@@ -10,8 +10,16 @@ from rigid.discovery.weighing.verdict import PARTED
 from rigid.friction.comparison import CANNOT_TELL, DECIDED, MOST_APART, TIED
 from rigid.localfit.scatter import CAMPAIGNS
 from rigid.plots import metrology
-from rigid.report.content import BAD, GOOD, RESERVE, Answer, Check, FoundContent, Front, Provenance
-from rigid.report.taken import sentences
+from rigid.report.content import (
+    BAD,
+    GOOD,
+    RESERVE,
+    Answer,
+    FoundContent,
+    Front,
+    Provenance,
+    found_content,
+)
 from rigid.spec import Spec
 
 LEAST_TOLD = 0.01
@@ -25,16 +33,7 @@ TO_DO = (
 
 def content(spec: Spec, made: dict[str, Any], provenance: Provenance) -> FoundContent:
     """Gather the section; `made` is what goes to laws.json."""
-    return FoundContent(
-        title=spec.title or spec.path.stem,
-        simulated=spec.simulated,
-        front=front(made),
-        provenance=provenance,
-        checks=tuple(Check(**one) for one in made["checks"]),
-        taken=sentences(made),
-        found=made,
-        notes=notes(made),
-    )
+    return found_content(spec, made, provenance, front(made), notes(made))
 
 
 def front(made: dict[str, Any]) -> Front:

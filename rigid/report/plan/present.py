@@ -3,8 +3,16 @@
 from typing import Any
 
 from rigid.plots import metrology
-from rigid.report.content import BAD, GOOD, RESERVE, Answer, Check, FoundContent, Front, Provenance
-from rigid.report.taken import sentences
+from rigid.report.content import (
+    BAD,
+    GOOD,
+    RESERVE,
+    Answer,
+    FoundContent,
+    Front,
+    Provenance,
+    found_content,
+)
 from rigid.spec import Spec
 
 LITTLE = 0.95
@@ -25,16 +33,7 @@ NOTES = (
 
 def content(spec: Spec, made: dict[str, Any], provenance: Provenance) -> FoundContent:
     """Gather the section; `made` is what goes to plan.json."""
-    return FoundContent(
-        title=spec.title or spec.path.stem,
-        simulated=spec.simulated,
-        front=front(made),
-        provenance=provenance,
-        checks=tuple(Check(**one) for one in made["checks"]),
-        taken=sentences(made),
-        found=made,
-        notes=NOTES,
-    )
+    return found_content(spec, made, provenance, front(made), NOTES)
 
 
 def possible(made: dict[str, Any]) -> list[dict[str, Any]]:
