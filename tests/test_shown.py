@@ -233,7 +233,7 @@ def test_one_number_of_each_sort_is_told_and_the_rest_counted():
         Moved("k_LC", "k_LC", "stiffness", "N/m", 6e7, 6.01e7, 0.9),
     )
     said = told_moves(moved)
-    assert said.index("share (kappa[frame-2,B]) from 0.07 to 0.08") < said.index("mu from 80")
+    assert said.index("share (kappa[frame-2,B]) from 0.07000 to 0.08000") < said.index("mu from 80")
     assert "frame-1" not in said
     assert "k_LC" not in said
     assert said.endswith("and 1 more.")
