@@ -109,10 +109,10 @@ def changed(spec: Spec, records: tuple[Record, ...], base: Problem, change: Chan
     for piece in new.pieces:
         columns = []
         for i, track in enumerate(piece.tracks):
-            label, name = new.groups[piece.group].tracks[track].label, piece.quantity
-            mine = label.split(",")[0] == change.like
-            own = weight.get((label, name), 1.0) if mine else 0.0
-            columns.append(own * (np.asarray(piece.weight)[:, i] > 0.0))
+            here = new.groups[piece.group].tracks[track]
+            counts = weight.get((here.label, piece.quantity), 1.0)
+            read = np.asarray(piece.weight)[:, i] > 0.0
+            columns.append(counts * read if here.name == change.like else 0.0 * read)
         found[piece.group, piece.quantity] = np.stack(columns, axis=1)
     return new.with_weights(found)
 
@@ -155,13 +155,13 @@ def _restated(record: RecordSpec, change: Change) -> RecordSpec:
 
 
 def _resampled(record: Record, change: Change) -> Record:
-    """The record at other instants: its nearest samples stand in, until readings are simulated."""
+    """The record at other instants: its next samples stand in, until readings are simulated."""
     if change.interval == 1.0:
         return record
     step = change.interval * record.interval
     count = int(np.floor((record.time[-1] - record.time[0]) / step)) + 1
     time = record.time[0] + step * np.arange(count)
-    near = np.clip(np.searchsorted(record.time, time), 0, len(record.time) - 1)
+    near = np.clip(np.searchsorted(record.time, time), None, len(record.time) - 1)
     channels = {
         name: Channel(name, one.values[near], one.valid[near], one.column, one.unit)
         for name, one in record.channels.items()
