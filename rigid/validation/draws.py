@@ -21,8 +21,8 @@ which adds less than 2 % to the variance that ranks have from campaign to campai
 BATCH, MOST_DRAWS = 2048, 12_288
 ENSEMBLES, CHAIN_BLOCK, CHAIN_STEPS, R_HAT = 2, 50, 3000, 1.02
 """Of a chain that takes over where weights do not do: the fewest ensembles that R-hat compares, one
-of which begins apart, and a limit that means of ESS draws can keep. Where both began in the law,
-they agreed on a part of the posterior in a half of such campaigns (docs/studies/validation.md)."""
+of which begins apart, and a limit that means of ESS draws can keep. What such chains still miss
+stands in docs/studies/validation.md."""
 KEPT_STEPS = 20
 """Steps of each walker of a chain that ranks are taken among, as many as posterior.nc holds."""
 
