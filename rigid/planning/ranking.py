@@ -16,7 +16,7 @@ from rigid.inference.newton import is_noise
 from rigid.inference.search_cache import Searched
 from rigid.likelihood.problem import Problem, log_density
 from rigid.planning.change import FLOW, Change, changed, limits_of, own, placed
-from rigid.planning.information import added, information, point, sd, simulated
+from rigid.planning.information import Point, added, information, point, sd, simulated
 from rigid.planning.quantity import Quantity, slope
 from rigid.records.record import Record
 from rigid.spec import Spec
@@ -107,12 +107,13 @@ def rank(
     points = _points(fitted.known, np.random.default_rng([seed, 3]))
     slopes = np.array([[_slope(problem, q, z) for z in points] for q in asked.values()])
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
-        now = list(pool.map(lambda z: information(problem, point(problem, z)), points))
+        places = list(pool.map(partial(point, problem), points))
+        now = list(pool.map(partial(information, problem), places))
         before = _sds(now, slopes)
         ranked = []
         for number, change in enumerate(changes, start=1):
             new = changed(fitted.spec, fitted.records, problem, change)
-            told = list(pool.map(partial(_told, problem, new, change, seed), points))
+            told = list(pool.map(partial(_told, problem, new, change, seed), places))
             after = [
                 _sds([j + n * one.adds for j, one in zip(now, told, strict=True)], slopes)
                 for n in REPEATS
@@ -156,8 +157,8 @@ class _Told(NamedTuple):
     greatest: Mapping[str, float]
 
 
-def _told(base: Problem, new: Problem, change: Change, seed: int, z: np.ndarray) -> _Told:
-    here = dataclasses.replace(point(base, z), z=placed(base, new, change, z))
+def _told(base: Problem, new: Problem, change: Change, seed: int, at: Point) -> _Told:
+    here = dataclasses.replace(at, z=placed(base, new, change, at.z))
     made, greatest = simulated(new, here, seed)
     private = own(new, change)
     values = values_of(new, here.z[None])
