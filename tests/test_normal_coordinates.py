@@ -67,6 +67,23 @@ def test_symbols_of_one_side_alone_leave_the_sheet_bent(chart: Chart):
     assert covered(dataclasses.replace(chart, bend=wrong)) < 0.1
 
 
+def hardly_told(z: np.ndarray) -> np.ndarray:
+    """Information of a reading that grows twentyfold with one number, and moves with another."""
+    slopes = np.zeros((4, 1))
+    slopes[:2, 0] = 0.9 * np.exp(3.0 * z[0]) * np.array([1.0 + z[1], 1.0])
+    return slopes @ slopes.T + np.diag([1.0, 1.0, 1.0, 1e4])
+
+
+def test_directions_that_the_priors_tell_are_not_folded():
+    """Folds took draws of the law to twenty prior sds here, and held chains where they began."""
+    best = dataclasses.replace(optimum(), covariance=np.linalg.inv(hardly_told(np.zeros(4))))
+    chart = Chart(NAMES, (), bend_of(hardly_told, best, NONE_HELD))
+    law = MixtureProposal((chart.mode(best),), np.ones(1), DOF)
+    drawn_z = chart.standard(law.sample(np.random.default_rng(1), DRAWS))
+    assert np.abs(drawn_z).max() < 7.0
+    assert np.all(drawn_z.std(axis=0) < 1.3)
+
+
 def test_there_and_back_and_volumes(chart: Chart):
     z = 2.0 * np.random.default_rng(0).standard_normal((50, 4))
     before = z.copy()

@@ -11,9 +11,11 @@ Gaussian law at the optimum, where G is the identity, the widest direction first
     v_k = q_k + 1/2 sum_{i,j<k} C_ijk q_i q_j,    C_ijk = 1/2 (dG_jk/dq_i + dG_ik/dq_j - dG_ij/dq_k)
 
 with Christoffel's symbols C. These are Riemann's normal coordinates (do Carmo 1992, "Riemannian
-geometry", chapter 3), but for terms that would bend a direction by itself or by a narrower one,
-which are small. Without them each q_k follows from v_k and the wider q, and volumes are kept:
-densities are the same in q and in v.
+geometry", chapter 3), but for terms that would bend a direction by one that is not much wider.
+Without them each q_k follows from v_k and the wider q, and volumes are kept: densities are the same
+in q and in v. Nor would they straighten anything: of two directions that the priors tell and the
+records hardly, G changes from place to place by orders of magnitude, and what bends at second order
+folds at third. A chain in such coordinates stays where it began (docs/studies/validation.md).
 """
 
 import dataclasses
@@ -32,6 +34,8 @@ from rigid.likelihood.problem import Problem
 WIDE = 0.02
 """Posterior sd [prior sds] of directions along which G is taken to change: the records are all but
 linear along narrower ones. With 0.003 the law covers no better (docs/studies/coordinates.md)."""
+THIN = 0.3
+"""Width, of that of the directions that bend it, up to which a direction is bent."""
 
 
 def normal_chart(found: Found) -> Chart:
@@ -68,15 +72,17 @@ def bend_of(
         up, down = np.split(np.array([*pool.map(informed, steps)]).reshape(-1, *factor.shape), 2)
     changes = np.zeros((len(width),) * 3)
     changes[wide] = np.nan_to_num(0.5 * (up - down), posinf=0.0, neginf=0.0)
-    return Bend(there.z, factor, _symbols(changes))
+    return Bend(there.z, factor, _symbols(changes, width))
 
 
-def _symbols(changes: Floats) -> Floats:
-    """Christoffel's symbols (i, j, k) of dG_jk/dq_i (i, j, k), where i and j are below k."""
+def _symbols(changes: Floats, width: Floats) -> Floats:
+    """Christoffel's symbols (i, j, k) of dG_jk/dq_i (i, j, k), where k is thin beside i and j.
+
+    - `width` (k,): of the directions, falling.
+    """
     symbols = 0.5 * (changes + changes.transpose(1, 0, 2) - changes.transpose(1, 2, 0))
-    place = np.arange(len(changes))
-    below = place[:, None] < place
-    return symbols * below[:, None] * below
+    thin = width <= THIN * width[:, None]
+    return symbols * thin[:, None] * thin
 
 
 def _information(problem: Problem, chart: Chart, best: Optimum, u: Floats) -> Floats:
