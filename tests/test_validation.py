@@ -306,6 +306,31 @@ def test_effects_of_a_shift_have_its_sign():
     assert (found.error, found.expected, found.coverage.hits) == (-1.0, -0.8, 0)
 
 
+def row_of(number: int, rng: np.random.Generator, by_chain: bool, tarp: float) -> dict:
+    """Row of a replicate whose forty quantities are sound."""
+    named = {f"a[{i}]": float(rng.uniform()) for i in range(40)}
+    ranks = named | {"log-posterior": float(rng.uniform()), "TARP": tarp}
+    value = {
+        "number": number, "good": True, "refused": 0, "ranks": ranks, "error": {},
+        "width": dict.fromkeys(named, 0.5), "pareto_k": None if by_chain else 0.3, "shifted": None,
+    }  # fmt: skip
+    return {"failed": None, "value": value, "cost": {"cpu_s": 1.0}}
+
+
+@pytest.mark.parametrize("missed", [False, True])
+def test_what_chains_alone_miss_is_seen_among_many_quantities(missed):
+    """Eight of fifteen chains with the truth outside: over all, p = 0.0014, chance among 61."""
+    rng = np.random.default_rng(3)
+    rows = [row_of(i, rng, False, float(rng.uniform())) for i in range(41)]
+    outside = iter(rng.uniform(0.97, 1.0, 8).tolist() if missed else [])
+    rows += [row_of(41 + i, rng, True, next(outside, float(rng.uniform()))) for i in range(15)]
+    found = verdict(Design(1), rows)
+    joint = next(check for check in found.checks if check.name == "joint")
+    assert joint.ok != missed
+    assert ("among the 15 replicates by chain" in joint.says) == missed
+    assert all(check.ok for check in found.checks if check.name != "joint")
+
+
 def test_too_few_replicates_say_so_and_failed_jobs_are_counted():
     rows = [{"failed": {"status": 1, "says": "no"}, "value": None, "cost": {"cpu_s": 1.0}}]
     found = verdict(Design(1), rows)

@@ -1,8 +1,9 @@
 """What the rows of a validation say: every test, corrected for their number, and what to do."""
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,12 +15,22 @@ from rigid.validation.ecdf import p_value
 from rigid.validation.ranks import LOG_POSTERIOR, TARP
 
 ALPHA = 0.01
-"""Probability with which a sound method is called none, over all tests together."""
+"""Probability with which a sound method is called none, over all tests together: half of it is for
+the quantities, half for the posterior as a whole, whose few tests would be lost among theirs."""
 FEWEST = 20
 """Replicates that a verdict takes."""
 MOST_UNRELIABLE = 0.1
 """Share of replicates whose sums cannot be trusted from which on those that can say too little."""
 JOINT = (LOG_POSTERIOR, TARP)
+EVERY = "all"
+
+
+class Part(NamedTuple):
+    """Ranks (n,) of some of the replicates, and the probability that they are uniform."""
+
+    name: str
+    ranks: np.ndarray
+    p: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,9 +38,11 @@ class Tested:
     """One quantity over all replicates.
 
     - `ranks` (n,). - `p`: that its ranks are uniform. - `coverage`: of each level.
-    - `adjusted`: least probability of its tests, corrected for the number of all tests (Holm).
+    - `adjusted`: least probability of its tests, corrected for the number of all tests (Holm) and
+      the share of ALPHA that they have.
     - `gained`: median over replicates of 1 - posterior sd / prior sd; None for what has no prior of
       its own.
+    - `worst`: of a joint rank, the replicates that fit it least: all, or those summed in one way.
     """
 
     name: str
@@ -38,6 +51,7 @@ class Tested:
     coverage: tuple[Coverage, ...]
     adjusted: float
     gained: float | None
+    worst: Part | None = None
 
     @property
     def ok(self) -> bool:
@@ -110,8 +124,8 @@ class Verdict:
         if n < FEWEST:
             says = f"{n} replicates say too little; run with --replicates 100 --resume"
             return Check("replicates", False, says)
-        tests = 3 * len(self.tested)
-        least = shown_from(n, LEVELS[-1], ALPHA / tests)
+        tests = 3 * sum(t.name not in JOINT for t in self.tested)
+        least = shown_from(n, LEVELS[-1], 0.5 * ALPHA / tests)
         says = (
             f"{n} replicates: 90 % intervals that really hold {100 * least:.0f} % or less would be "
             "shown in 9 of 10 studies; more replicates show finer faults"
@@ -158,9 +172,14 @@ class Verdict:
 
 def _of_the_whole(tested: Tested) -> str:
     """What a joint rank says where it fails."""
-    mean = float(tested.ranks.mean())
+    found = tested.worst or Part(EVERY, tested.ranks, tested.p)
+    mean = float(found.ranks.mean())
     way = "too narrow" if (mean < 0.5) == (tested.name == LOG_POSTERIOR) else "too wide or off"
-    return f"the posterior as a whole is {way} (mean rank {mean:.2f}, p = {tested.adjusted:.2g})"
+    among = "" if found.name == EVERY else f"among the {len(found.ranks)} replicates {found.name} "
+    return (
+        f"{among}the posterior as a whole is {way} (mean rank {mean:.2f}, "
+        f"p = {tested.adjusted:.2g})"
+    )
 
 
 def verdict(design: Design, rows: Sequence[Mapping[str, Any]]) -> Verdict:
@@ -184,23 +203,56 @@ def verdict(design: Design, rows: Sequence[Mapping[str, Any]]) -> Verdict:
 
 
 def _tested(names: Sequence[str], used: Sequence[Mapping[str, Any]]) -> tuple[Tested, ...]:
-    found = []
-    for name in names:
-        ranks = np.array([v["ranks"][name] for v in used if name in v["ranks"]])
-        if len(ranks) < 2:
-            continue
-        widths = [v["width"][name] for v in used if name in v["width"]]
-        gained = 1.0 - float(np.median(widths)) if widths else None
-        shares = tuple(coverage(ranks, level) for level in LEVELS)
-        found.append((name, ranks, p_value(ranks), shares, gained))
-    single = [[p, *(c.p for c in shares)] for _, _, p, shares, _ in found]
-    corrected = holm(np.array(single).ravel()).reshape(len(found), -1)
-    return tuple(
-        Tested(name, ranks, p, shares, float(least), gained)
-        for (name, ranks, p, shares, gained), least in zip(
-            found, corrected.min(axis=1), strict=True
-        )
+    found = [one for name in names if len((one := _uncorrected(name, used)).ranks) > 1]
+    single = [t for t in found if t.name not in JOINT]
+    tests = [[t.p, *(c.p for c in t.coverage)] for t in single]
+    corrected = (
+        holm(np.array(tests).ravel()).reshape(len(single), -1) if single else np.empty((0, 1))
     )
+    told = [
+        _shared(t, float(least)) for t, least in zip(single, corrected.min(axis=1), strict=True)
+    ]
+    joint = [(t, _parts(t.name, used)) for t in found if t.name in JOINT]
+    left = iter(holm(np.array([part.p for _, parts in joint for part in parts])).tolist())
+    for one, parts in joint:
+        least, worst = min(((next(left), part) for part in parts), key=lambda pair: pair[0])
+        told.append(dataclasses.replace(_shared(one, least), worst=worst))
+    return tuple(told)
+
+
+def _shared(tested: Tested, least: float) -> Tested:
+    """Put in the least probability of a quantity, of the two kinds of tests."""
+    return dataclasses.replace(tested, adjusted=min(2.0 * least, 1.0))
+
+
+def _uncorrected(name: str, used: Sequence[Mapping[str, Any]]) -> Tested:
+    ranks = _ranks(name, used)
+    widths = [v["width"][name] for v in used if name in v["width"]]
+    gained = 1.0 - float(np.median(widths)) if widths else None
+    shares = tuple(coverage(ranks, level) for level in LEVELS)
+    return Tested(name, ranks, _uniform(ranks), shares, 1.0, gained)
+
+
+def _ranks(name: str, used: Sequence[Mapping[str, Any]]) -> np.ndarray:
+    return np.array([v["ranks"][name] for v in used if name in v["ranks"]])
+
+
+def _uniform(ranks: np.ndarray) -> float:
+    return p_value(ranks) if len(ranks) > 1 else 1.0
+
+
+def _parts(name: str, used: Sequence[Mapping[str, Any]]) -> list[Part]:
+    """All replicates, then those summed by weighted draws and by chains, each for itself.
+
+    The hard campaigns fall to chains; what these miss is lost among the others.
+    """
+    weights = [v for v in used if v["pareto_k"] is not None]
+    chains = [v for v in used if v["pareto_k"] is None]
+    parts = [(EVERY, used)]
+    if weights and chains:
+        parts += [("by weights", weights), ("by chain", chains)]
+    listed = [(label, _ranks(name, some)) for label, some in parts]
+    return [Part(label, ranks, _uniform(ranks)) for label, ranks in listed]
 
 
 def holm(p: np.ndarray) -> np.ndarray:
