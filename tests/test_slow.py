@@ -10,7 +10,7 @@ from test_staggered import by_lsoda, worst
 
 from rigid.physics import slow
 from rigid.physics.drive import side_by_side
-from rigid.physics.stroke_range import foreseen
+from rigid.physics.stroke_range import Strokes, foreseen
 
 FRAME = NOMINAL["k_frame"]
 
@@ -28,6 +28,20 @@ def as_recorded(rig, contact, fractions, drives):
     return foreseen(rig, contact, 0.1 * fractions, drives)
 
 
+class Linear(Strokes):
+    """Places in the stroke itself."""
+
+    def place(self, column, stroke):  # noqa: ARG002
+        return (stroke - self.low) / (self.high - self.low)
+
+    def middle(self, column):  # noqa: ARG002
+        return 0.5 * (self.low + self.high)
+
+
+def in_strokes(rig, contact, fractions, drives):
+    return Linear(*foreseen(rig, contact, fractions, drives))
+
+
 def never(flow, pressure, rate, length, most=0.0):
     """A pump that is taken to deliver the same at all pressures."""
     return jnp.asarray(False)
@@ -37,6 +51,10 @@ CASES = {
     "another flow than recorded": (
         {"mu": 3e4}, 0.0, (0.0, 1.5), drive(300, (0.203, 2.0), (0, 1, 0)),
         ("foreseen", as_recorded),
+    ),
+    "held back by friction, far below the strokes foreseen": (
+        {"mu": 1e7}, 0.0, (0.0, 2.0), drive(800, (0.203, 7.0), (0, 1, 0)),
+        ("foreseen", in_strokes),
     ),
     "through the bend of the pump's curve": (
         {"p_max": 40e5}, FRAME, (0.0, 0.1, -0.1),

@@ -57,8 +57,7 @@ class _Way(NamedTuple):
 
     def place(self, stroke: Array) -> Array:
         """Place of a stroke between the nodes of the table."""
-        low, high = self.strokes.low, self.strokes.high
-        return jnp.clip((stroke - low) / (high - low), -0.5, 1.5)
+        return jnp.clip(self.strokes.place(self.rig.column, stroke), -0.5, 1.5)
 
 
 class _Part(NamedTuple):

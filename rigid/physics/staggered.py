@@ -177,7 +177,7 @@ def _advancer(
         flat = relaxed(rig, flat, h)
         stroke = flat[2] - flat[0] + 0.5 * h * (flat[3] - flat[1])
         outside = Surroundings(contact, 0.0, fractions[level, track], begin + 0.5 * h, angles)
-        place = jnp.clip((stroke - strokes.low) / (strokes.high - strokes.low), -0.5, 1.5)
+        place = jnp.clip(strokes.place(rig.column, stroke), -0.5, 1.5)
 
         def rates(flat: Array, outside: Surroundings = outside) -> Array:
             return _rates(rig, flat, outside, rig.column + stroke)

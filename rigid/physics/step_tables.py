@@ -45,7 +45,7 @@ def tables(rig: Rig, outside: Surroundings, plan: Plan, strokes: Strokes) -> Tab
     """Compute the step matrices for all lengths of steps and every switch."""
     scales, part = rig.scales, plan.interval / PARTS
     own = jnp.max(strokes.switch, axis=1)
-    middle = 0.5 * (strokes.low + strokes.high)
+    middle = strokes.middle(rig.column)
     nodes = jnp.concatenate([jnp.stack([strokes.low, middle, strokes.high]), own])
     at_switch = strokes.switch[plan.kink_place[:, 0], plan.kink_place[:, 1]]
     matrix = jacobian(rig, outside, rig.column + jnp.concatenate([nodes, at_switch]))
@@ -65,7 +65,7 @@ def tables(rig: Rig, outside: Surroundings, plan: Plan, strokes: Strokes) -> Tab
     # The phase of an oscillation over a step turns with the column: a straight line would miss it.
     slope, bend = 4.0 * mid - 3.0 * low - high, 2.0 * (low + high) - 4.0 * mid
     at_own = jnp.stack([fine[:, :, 3:], parts[:, :, 3:], samples[:, :, 3:]])
-    place = (own - strokes.low) / (strokes.high - strokes.low)
+    place = strokes.place(rig.column, own)
     parabola = (t[:3, :, :, None] for t in (low, slope, bend))
     cubic = _cubic(at_own, place, *parabola)
     none = jnp.zeros((1, len(scales), rests.shape[-1]))

@@ -42,6 +42,22 @@ class Strokes(NamedTuple):
     high: Array
     switch: Array
 
+    def place(self, column: Array, stroke: Array) -> Array:
+        """Place of a stroke between the least (0) and the greatest (1), in 1 over the oil column.
+
+        The column enters the rig as its inverse. Where friction holds a plunger back, strokes stay
+        far below those foreseen, and a parabola in the stroke was off by 2 % in what a sample does.
+
+        - `column` (walkers,) [m]: of oil at no stroke.
+        """
+        linear = (stroke - self.low) / (self.high - self.low)
+        return linear * (column + self.high) / (column + stroke)
+
+    def middle(self, column: Array) -> Array:
+        """Stroke (walkers,) whose place is one half."""
+        low, high = column + self.low, column + self.high
+        return 2.0 * low * high / (low + high) - column
+
 
 def foreseen(rig: Rig, contact: Array, fractions: Array, drives: Drives) -> Strokes:
     """Foresee the strokes of a group of slow records; arguments as of `slow.march`.
