@@ -102,6 +102,7 @@ UNSEEN = {
     ("seating-slack", 0.0),
     ("pressure-dependent-friction", 0.0),
     ("pump-stage-switch", 0.0),
+    ("pump-ripple", 0.0),
 }
 """Too little happens out of load for these to be seen at all."""
 
