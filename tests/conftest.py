@@ -2,7 +2,10 @@
 
 import os
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
+
+import pytest
 
 # JAX writes a program into its folder as it goes: processes side by side need one each.
 os.environ.setdefault(
@@ -15,5 +18,13 @@ os.environ.setdefault(
 )
 
 from rigid.io.runtime import prepare
+from rigid.jobs.memory import shed
 
 prepare()
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _room_for_programs() -> Iterator[None]:
+    """A process of the suite compiles for hours' worth of campaigns: it too lets programs go."""
+    yield
+    shed(0)

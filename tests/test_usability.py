@@ -4,7 +4,10 @@ import dataclasses
 
 import numpy as np
 import pytest
+from rigs import release_problem
 
+from rigid.inference.newton import is_noise
+from rigid.inference.search import search
 from rigid.likelihood.assemble import assemble
 from rigid.plots.metrology import chance
 from rigid.records.read import read_records
@@ -13,7 +16,7 @@ from rigid.report.calibration.budget import OTHERS, REPEATED, _budget
 from rigid.report.calibration.for_paper import latex
 from rigid.report.calibration.present import flow_fractions
 from rigid.report.paper_values import of_the_paper, published, published_frictions
-from rigid.report.usability import MOST_CHANNEL_GAP, MOST_GAP, residuals
+from rigid.report.usability import MOST_CHANNEL_GAP, MOST_GAP, noise, residuals
 from rigid.smoothing.budget import Line
 from rigid.smoothing.finished import Finished
 from rigid.smoothing.laws import RigModel
@@ -97,6 +100,25 @@ def test_a_budget_finds_what_a_number_is_made_of():
     assert lines["a"].sensitivity == pytest.approx(3.0, abs=5 * 4.0 / 2.0 / np.sqrt(n))
     assert lines[REPEATED].contribution == pytest.approx(4.0, rel=tolerance)
     assert made.combined == pytest.approx(np.sqrt(36.0 + 0.25 + 16.0), rel=tolerance)
+
+
+def test_noise_far_above_its_sheet_is_told():
+    found = search(release_problem({"k_LC": 6e7, "mu": 2e4}, samples=64), 2, 1)
+    assert noise(found).ok
+    best = found.optima[0]
+    loud = np.where(is_noise(found.problem), 4.0, best.z)
+    louder = dataclasses.replace(found, optima=(dataclasses.replace(best, z=loud),))
+    check = noise(louder)
+    assert not check.ok
+    assert "acceleration,A is 5.1 times" in check.says, check.says
+
+
+def test_a_budget_without_inputs_is_all_scatter():
+    """A motion of exact sensors whose numbers are all told, as EMPS: its page once failed."""
+    values = np.random.default_rng(7).standard_normal(100)
+    made = _budget("y", "N", values, {"c": np.full(100, 4.0)}, {"c": "1"})
+    assert [line.source for line in made.lines] == [REPEATED]
+    assert made.lines[0].contribution == pytest.approx(made.combined)
 
 
 def test_text_is_no_command_of_latex():

@@ -3,8 +3,10 @@
 from collections.abc import Mapping
 
 import numpy as np
+from scipy.stats import norm
 
-from rigid.inference.settled import Settled
+from rigid.inference.search import Found
+from rigid.inference.settled import CHANCE, Settled
 from rigid.inference.summary import Check
 from rigid.localfit.leave_one_out import gap
 from rigid.localfit.local import LocalFit
@@ -33,6 +35,34 @@ def residuals(overall: float, channels: Mapping[str, float]) -> Check:
 def optimum(found: Settled) -> Check:
     """Whether the place where a search or a refit ended can be believed to be its optimum."""
     return Check("optimum", found.ok, found.says)
+
+
+def noise(found: Found) -> Check:
+    """Whether no sensor is louder at the best fit than its prior lets one right sheet in 1,000 be.
+
+    The residuals that `residuals` takes are those of one step ahead: what a model misses slowly is
+    hidden there, and noise grows to hold it.
+    """
+    listed = [
+        (float(z), p)
+        for p, z in zip(found.problem.parameters.sampled, found.optima[0].z, strict=True)
+        if p.base == "noise"
+    ]
+    if not listed:
+        return Check("noise", True, "the noise of every sensor is exact")
+    sds, worst = max(listed, key=lambda pair: pair[0])
+    limit = float(norm.isf(CHANCE / len(listed)))
+    times = float(worst.prior.from_standard(sds) / worst.prior.from_standard(0.0))
+    sensor = ",".join(worst.places)
+    if sds <= limit:
+        said = f"that of {sensor} is {times:.2g} times its sheet's, {sds:.1f} prior sds, at most"
+        return Check("noise", True, f"{said} (limit {limit:.1f})")
+    return Check(
+        "noise",
+        False,
+        f"that of {sensor} is {times:.2g} times what its sheet says, {sds:.1f} prior sds "
+        f"(limit {limit:.1f}): the sheet is wrong, or the model misses what is taken for noise",
+    )
 
 
 def residuals_of(local: LocalFit) -> Check:

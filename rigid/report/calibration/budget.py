@@ -65,7 +65,8 @@ def _budget(
 ) -> GumBudget:
     """The budget of one number."""
     used = {k: v for k, v in inputs.items() if v.std() > 0.0}
-    design = np.stack([(v - v.mean()) / v.std() for v in used.values()], axis=1)
+    scaled = [(v - v.mean()) / v.std() for v in used.values()]
+    design = np.reshape(scaled, (len(used), len(values))).T  # no column where all is told or exact
     centred = values - values.mean()
     slopes, *_ = np.linalg.lstsq(design, centred, rcond=None)
     rest = float(np.std(centred - design @ slopes))

@@ -18,6 +18,8 @@ NEXT = {
     "residuals": "Run `rigid discover` on this spec: it says where records and model disagree and "
     "which effect is missing. The worst record is named in the check; leave it out (`fit = false`) "
     "to see whether it alone is at fault.",
+    "noise": "Look at the sensor that is named: correct `noise` in its sheet if it is that loud; "
+    "else the model lacks something, and `rigid discover` on this spec says what could be missing.",
     "converged": "Run again with `--resume` and a larger `max_steps` in `[sampler]`; more starts "
     "help where the ensembles are in different modes.",
     "starts": "Raise `starts` in `[sampler]`: the best optimum was found too rarely to be trusted.",

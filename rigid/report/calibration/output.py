@@ -37,7 +37,7 @@ from rigid.likelihood.set_aside import listed
 from rigid.plots.metrology import digits_apart
 from rigid.report.paper_values import of_the_paper, printed
 from rigid.report.taken import taken
-from rigid.report.usability import optimum, residuals
+from rigid.report.usability import noise, optimum, residuals
 from rigid.spec import Spec
 
 REPORTED_HZ = (0.01, 80.0, 100.0)
@@ -119,7 +119,7 @@ def checks(done: Calibrated) -> list[Check]:
     starts = f"{best.reached} of {done.found.starts} starts ended in the best optimum"
     enough = best.reached >= min(LEAST_SHARE_OF_STARTS, done.found.starts)
     listed += [Check("starts", enough, starts), optimum(done.found.settled)]
-    listed.append(residuals_check(done.shown))
+    listed += [residuals_check(done.shown), noise(done.found)]
     if done.solver is not None:
         listed.append(done.solver.check)
     if len(done.found.optima) > 1:

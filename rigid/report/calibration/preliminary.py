@@ -9,7 +9,7 @@ from rigid.inference.search import Found
 from rigid.inference.summary import Check, Cost, Gap, ParameterRow, Result, Summary
 from rigid.io.provenance import versions
 from rigid.report.calibration.output import magnitudes, residuals_check, table_rows
-from rigid.report.usability import optimum
+from rigid.report.usability import noise, optimum
 from rigid.spec import Spec
 
 DRAWS = 2000
@@ -43,7 +43,8 @@ def preliminary(spec: Spec, found: Found, seed: int, began: float) -> Result:
 def doubt(spec: Spec, found: Found, seed: int) -> str | None:
     """What to do where the best fit speaks against the model; None where it does not."""
     shown = channels(found, found.optima[0].z[None], seed)
-    bad = [one for one in (residuals_check(shown), optimum(found.settled)) if not one.ok]
+    seen = residuals_check(shown), noise(found), optimum(found.settled)
+    bad = [one for one in seen if not one.ok]
     if not bad:
         return None
     why = "; ".join(f"{one.name}: {one.says}" for one in bad)
