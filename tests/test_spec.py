@@ -344,7 +344,7 @@ REFUSED = {
     # Unknown keys, wherever they stand
     "titel = 1": "[top level]: unknown key 'titel'; did you mean 'title'?",
     "zzz = 1": (
-        "[top level]: unknown key 'zzz'; known are bands, channels, model, plan, priors, "
+        "[top level]: unknown key 'zzz'; known are bands, channels, machine, model, plan, priors, "
         "published, records, rig, sampler, sensors, simulated, solve, title"
     ),
     "[rig]\nM_hc = 60": "[rig]: unknown key 'M_hc'; did you mean 'M_HC'?",
@@ -373,7 +373,7 @@ REFUSED = {
     ),
     FRAME.replace("load =", "colour ="): (
         "[[records]] 'f' channels: unknown channel 'colour'; known are time, load, stroke, "
-        "pressure, acceleration, position, force"
+        "pressure, acceleration, position, force, command"
     ),
     FRAME.replace('"frame"', '"free_run"'): (
         "[[records]] 'f' kind: unknown kind 'free_run'; did you mean 'free-run'?"
@@ -382,7 +382,7 @@ REFUSED = {
         "[[records]] 'f' kind: unknown kind 'Frame'; did you mean 'frame'?"
     ),
     FRAME.replace('"frame"', "3"): (
-        "[[records]] 'f' kind: must be one of frame, release, free-run, field, motion; found 3"
+        "[[records]] 'f' kind: must be one of frame, release, free-run, field, motion, run; found 3"
     ),
     FRAME + 'valve = [{ position = "closed" }]': (
         "[[records]] 'f' valve.entry 1.position: unknown position 'closed'; known are open, shut, "

@@ -11,6 +11,7 @@ from rigid.discovery.periodic import Line, lines
 from rigid.discovery.unmodelled import SORTS
 from rigid.discovery.unmodelled.base import AbstractHidden, Bumps, none, together
 from rigid.effects import AbstractEffect
+from rigid.effects.placed import origin
 from rigid.io.cache import Shelf
 from rigid.localfit.candidates import EVENT, Candidate, candidates, events, onsets
 from rigid.localfit.families import Effects, Family, read
@@ -54,7 +55,7 @@ def laid_out(fit: Fitted, effects: Effects, shelf: Shelf) -> Bench:
     base = fit.local
     given = dict(base.hypothesis.given)
     beating = [e for e in effects if e.beat is not None]
-    timed = [e for e in effects if e.name == EVENT]
+    timed = [e for e in effects if origin(e).name == EVENT]
     late = [e for e in effects if e.threshold is not None]
     rest = [e for e in effects if e not in (*beating, *timed, *late)]
     spread = candidates(rest, SHAPES, given)

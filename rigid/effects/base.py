@@ -141,6 +141,7 @@ class AbstractEffect(eqx.Module):
       which the pump stood is a number of each record's own.
     - `threshold`: of an effect that sets in at a pressure, the label of it [Pa].
     - `exact`: what it takes for exactly known beside its fixed parameters, for readers.
+    - `place`: joint of a machine at which it acts; empty where it is of the rig or of a motion.
     """
 
     name: eqx.AbstractClassVar[str]
@@ -154,6 +155,7 @@ class AbstractEffect(eqx.Module):
     beat: ClassVar[str | None] = None
     threshold: ClassVar[str | None] = None
     exact: ClassVar[str] = ""
+    place: ClassVar[str] = ""
 
     @abstractmethod
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:
@@ -214,8 +216,7 @@ class AbstractEffect(eqx.Module):
         Elements of a vector are stacked on a first axis; later axes broadcast over walkers.
         """
         fields = {}
-        for field in dataclasses.fields(cls):
-            labels = field.metadata["parameter"].labels
-            given = [jnp.asarray(values[label]) for label in labels]
+        for field, info in zip(dataclasses.fields(cls), cls.parameters(), strict=True):
+            given = [jnp.asarray(values[label]) for label in info.labels]
             fields[field.name] = given[0] if len(given) == 1 else jnp.stack(given)
         return cls(**fields)

@@ -75,6 +75,7 @@ class ParameterInfo:
     - `absent`: the value at which the effect is not there; None where there is no such value.
     - `part_of`: name of a sum that records know far better than its parts, those of other effects
       included; None where there is none.
+    - `place`: joint of a machine that it is the number of; empty where it belongs to none.
     """
 
     name: str
@@ -84,13 +85,15 @@ class ParameterInfo:
     meaning: str = ""
     absent: float | None = None
     part_of: str | None = None
+    place: str = ""
 
     @property
     def labels(self) -> tuple[str, ...]:
         """Flat names, one for each element."""
+        at = f"[{self.place}]" if self.place else ""
         if len(self.priors) == 1:
-            return (self.name,)
-        return tuple(f"{self.name}[{i + 1}]" for i in range(len(self.priors)))
+            return (f"{self.name}{at}",)
+        return tuple(f"{self.name}[{i + 1}]{at}" for i in range(len(self.priors)))
 
 
 class More(TypedDict, total=False):

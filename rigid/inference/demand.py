@@ -18,6 +18,7 @@ from rigid.io.errors import InputError
 from rigid.io.progress import duration
 from rigid.jobs.memory import available
 from rigid.likelihood.groups import AbstractGroup, MotionGroup, ReleaseGroup, SlowGroup
+from rigid.likelihood.machine_group import MachineGroup
 from rigid.likelihood.problem import Problem, walkers
 from rigid.physics.drive import plan
 from rigid.physics.staggered import RELEASE_SUBSTEPS, steps_a_sample
@@ -27,7 +28,12 @@ DOUBLE, SINGLE = 8, 4
 
 PROCESS = 640 << 20
 """Bytes of Python, JAX, libraries and the pages' figures."""
-PROGRAMS = {SlowGroup: 900 << 20, ReleaseGroup: 150 << 20, MotionGroup: 50 << 20}
+PROGRAMS = {
+    SlowGroup: 900 << 20,
+    ReleaseGroup: 150 << 20,
+    MotionGroup: 50 << 20,
+    MachineGroup: 300 << 20,
+}
 """Bytes that the programs of a sort of group keep, those of diffrax among them, with what their
 compiler took: the process does not give it back. A fit of one motion of 380 samples holds 690 MiB
 in all, the reference calibration 1.7 GiB with programs kept from before and 2.3 GiB without."""
@@ -42,6 +48,8 @@ STEPS_A_DRAW = 12.0
 FINE, COARSE, RELEASE, MOTION, LIKELIHOOD = 450e-9, 15e-9, 45e-9, 50e-9, 15e-9
 """Processor seconds a sample, record and walker: a step of one sample, a sample within a long step,
 of a release, of a motion, and of the likelihood of a reading. Measured on one core of 2026."""
+MACHINE = 300e-9
+"""Of one step of a machine of four states: 0.3 us on the same core."""
 SHORT = 50e-9
 """Of one short step of a rig with dry friction or air."""
 FULL = 40.0
@@ -213,6 +221,9 @@ def _simulation(group: AbstractGroup) -> float:
         steady = all(effect.steady for effect in group.effects)
         each = RELEASE if steady else RELEASE + SHORT * RELEASE_SUBSTEPS
         return tracks * samples * each * (FULL if group.tolerance is not None else 1.0)
+    if isinstance(group, MachineGroup):
+        marched = samples * group.layout.steps * len(group.runs) * MACHINE
+        return marched * (FULL if group.tolerance is not None else 1.0)
     return tracks * samples * MOTION
 
 

@@ -70,9 +70,11 @@ def with_ease(starts: int) -> int:
 def steady_part(spec: Spec) -> Spec | None:
     """Return the spec without the effects that make its rig unsteady.
 
-    None where there are none, where a rig cannot be without one of them, or where no friction would
-    be left.
+    None for a machine of its own, whose steps cost the same whatever acts; where there are none,
+    where a rig cannot be without one of them, or where no friction would be left.
     """
+    if spec.machine is not None:
+        return None
     effects = dict(zip(spec.model.effects, chosen_effects(spec), strict=True))
     moving = {name: effect for name, effect in effects.items() if not effect.steady}
     left = tuple(name for name in effects if name not in moving)

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar, Literal, Protocol, runtime_checkable
 
 Position = Literal["open", "shut", "tank"]
-Solver = Literal["slow", "release", "motion"]
+Solver = Literal["slow", "release", "motion", "machine"]
 Contact = Literal["frame", "ice", "free"]
 
 SLOW_CHANNELS = ("load", "stroke", "pressure")
@@ -48,12 +48,14 @@ class RecordKind:
       value, which is empty where the key may be left out.
     - `valve`: where the valve is if a spec does not say so, None where there is none; `held`:
       whether it stays there. - `fit`: whether such a record is fitted where a spec does not say.
+    - `filtered`: whether its channels go through a filter before they are explained.
 
     In the model:
 
     - `solver`: what simulates it. "slow" marches a valve's programme (and brings a flow fraction
       for each opening), "release" swings out of a preload (and brings it and the instant),
-      "motion" asks which force a measured motion takes, of one body alone.
+      "motion" asks which force a measured motion takes, of one body alone; "machine" marches a
+      machine of the spec's own.
     - `contact`: what the plate presses on.
 
     In what is checked and told:
@@ -75,6 +77,7 @@ class RecordKind:
     own: ClassVar[Mapping[str, str]] = {}
     valve: ClassVar[Position | None] = "open"
     held: ClassVar[bool] = False
+    filtered: ClassVar[bool] = False
     fit: ClassVar[bool] = True
 
     solver: ClassVar[Solver] = "slow"
@@ -97,8 +100,8 @@ class RecordKind:
 
     @classmethod
     def of_the_rig(cls) -> bool:
-        """Whether it is of the rig; a motion is of one body of whatever machine."""
-        return cls.solver != "motion"
+        """Whether it is of the rig, not of another machine."""
+        return cls.solver not in ("motion", "machine")
 
     @classmethod
     def traits(cls) -> frozenset[str]:

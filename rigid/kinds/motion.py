@@ -17,5 +17,6 @@ class Motion(RecordKind):
     one_of: ClassVar[tuple[str, ...]] = ()
     own: ClassVar[Mapping[str, str]] = {"corner": ""}
     valve: ClassVar[Position | None] = None
+    filtered: ClassVar[bool] = True
     solver: ClassVar[Solver] = "motion"
     must_move: ClassVar[tuple[str, ...]] = ("position", "force")

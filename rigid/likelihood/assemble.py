@@ -1,57 +1,24 @@
-"""From a spec and its records to a problem: which numbers are uncertain, and by how much."""
+"""From a spec and its records to a problem."""
 
 import dataclasses
-import math
-from collections.abc import Iterable, Iterator, Mapping
-from functools import partial
+from collections.abc import Mapping
 
-from rigid.effects import CATALOGUE, AbstractEffect, declare
-from rigid.effects.declare import ParameterInfo, PriorDescription
-from rigid.io.errors import InputError, together
+from rigid.effects import CATALOGUE, AbstractEffect
+from rigid.effects.placed import origin
+from rigid.io.errors import InputError
 from rigid.likelihood.channels import SensorSheet, make_pieces
 from rigid.likelihood.effect_lookup import effects_named
 from rigid.likelihood.grouping import Grouping
-from rigid.likelihood.groups import GROUPS, PUMP_ANGLE, beating, flow_name
-from rigid.likelihood.parameters import Parameter, Parameters, collect, require_known
-from rigid.likelihood.priors import AbstractPrior, make_prior
+from rigid.likelihood.listing import list_parameters, of_the_rig
+from rigid.likelihood.machine import at_joints, lay_out
+from rigid.likelihood.machine_runs import fed, resolved
+from rigid.likelihood.parameters import require_known
 from rigid.likelihood.problem import Problem
 from rigid.likelihood.tracks import Series, Track, make_track
 from rigid.physics.sensors import UNITS
 from rigid.records.converter import coarseness
 from rigid.records.record import Record
 from rigid.spec import Spec
-from rigid.spec.values import PriorSpec
-
-RIG_SYMBOLS = {
-    "M_HC": (r"M_\mathrm{HC}", "kg"),
-    "M_Pl": (r"M_\mathrm{Pl}", "kg"),
-    "M_Fl": (r"M_\mathrm{Fl}", "kg"),
-    "S_Pl": (r"S_\mathrm{Pl}", "m^2"),
-    "L_0": (r"L_0", "m"),
-    "k_frame": (r"k_\mathrm{frame}", "N/m"),
-    "k_oil": (r"k_\mathrm{oil}", "Pa"),
-    "p_max": (r"p_\mathrm{max}", "Pa"),
-    "presliding": (r"z_\mathrm{C}", "m"),
-}
-
-KAPPA_PRIOR = declare.lognormal(0.2, 3.0)
-"""Around the values the paper uses, 0.2 and 0.12 (before eq. 23)."""
-
-TANK_PRIOR = declare.lognormal(-0.2, 3.0)
-
-STRAP_PRIOR = declare.lognormal(0.3, 4.0)
-"""Of how abruptly a strap begins and ends to let go: 0 gradually, 1 with a corner, more at once."""
-
-RELEASE_WITHIN = 1.0
-"""Samples to either side by which the onset of a gradual release is uncertain."""
-
-ANY_ANGLE = declare.uniform(-math.pi, math.pi)
-
-MOTION_CONSTANTS = ("M_Pl", "S_Pl", "presliding")
-"""Constants of one body: its mass, the area that a pressure acts on, where bristles slide."""
-
-NOISE_FACTOR = 1.5
-"""The sheet gives the noise of one sample as 'about' so much."""
 
 
 def assemble(spec: Spec, records: tuple[Record, ...]) -> Problem:
@@ -66,10 +33,16 @@ def assemble(spec: Spec, records: tuple[Record, ...]) -> Problem:
     if not tracks:
         raise InputError(f"{spec.path}: no record is fitted; a fit needs at least one")
     require_at_work(spec, effects, tracks)
+    tracks = fed(tracks, effects)
     parameters = list_parameters(spec, effects, tracks, series)
     confined(spec, effects, tracks)
     tolerance = spec.solve.tolerance if spec.solve.method == "diffrax" else None
-    grouping = Grouping(effects, dict(spec.model.vary), dict(spec.model.only), tolerance)
+    layout = None if spec.machine is None else lay_out(spec.machine)
+    if layout is not None and spec.solve.steps is not None:
+        layout = dataclasses.replace(layout, steps=spec.solve.steps)
+    elif layout is not None:
+        layout = resolved(layout, effects, parameters, tracks)
+    grouping = Grouping(effects, dict(spec.model.vary), dict(spec.model.only), tolerance, layout)
     groups = grouping(tracks)
     pieces = make_pieces(groups, series, sheets(spec, series))
     return Problem(effects, parameters, groups, pieces)
@@ -79,21 +52,19 @@ def chosen_effects(spec: Spec) -> tuple[type[AbstractEffect], ...]:
     """Look the spec's effects up."""
     where = f"{spec.path} [model] effects"
     chosen = effects_named(spec.model.effects, spec.path.parent, where)
-    owners: dict[str, str] = {}
+    if spec.machine is not None:
+        named = dict(zip(spec.model.effects, chosen, strict=True))
+        chosen = at_joints(spec.machine, named, f"{spec.path} [machine]")
+    owners: dict[str, type[AbstractEffect]] = {}
     for effect in chosen:
-        for info in effect.parameters():
-            other = owners.setdefault(info.name, effect.name)
-            if other != effect.name:
+        for label in effect.labels():
+            other = owners.setdefault(label, effect)
+            if origin(other) is not origin(effect):
                 raise InputError(
-                    f"{where}: '{other}' and '{effect.name}' are two laws for one thing, both have "
-                    f"{info.name}; name one of them"
+                    f"{where}: '{other.name}' and '{effect.name}' are two laws for one thing, both "
+                    f"have {label}; name one of them"
                 )
     return chosen
-
-
-def of_the_rig(tracks: tuple[Track, ...]) -> bool:
-    """Whether any record is of the rig, not of one body of some machine."""
-    return any(track.of.of_the_rig() for track in tracks)
 
 
 def require_at_work(
@@ -140,221 +111,3 @@ def sheets(spec: Spec, series: Mapping[str, Series] | None = None) -> dict[str, 
                 step, sheet.noise, sheet.gain_sd, sheet.zero_sd, stated_step=sheet.step
             )
     return out
-
-
-def list_parameters(
-    spec: Spec,
-    effects: tuple[type[AbstractEffect], ...],
-    tracks: tuple[Track, ...],
-    series: Mapping[str, Series],
-) -> Parameters:
-    """List every number of the model with its prior; the spec's word goes before the effect's."""
-    physical = list(_physical(spec, effects, tracks))
-    local = [p for t in tracks for p in _local(spec, t)]
-    local += _shape_of_straps(spec, local)
-    acting = Grouping(effects, {}, spec.model.only).acting
-    for one in pump_angles(effects, [t for t in tracks if any(e.beat for e in acting(t))]):
-        local.append(_stated(spec, one))
-    noise = list(_noise(spec, tracks, series))
-    listed = physical + local + noise
-    names = {p.label for p in listed} | {p.base for p in listed} | of_straps(tracks)
-    varied = {p.base for p in physical}
-    together(
-        lambda: require_known(spec.priors, names | of_candidates(spec), f"{spec.path} [priors]"),
-        lambda: require_known(spec.model.vary, varied, f"{spec.path} [model] vary"),
-    )
-    return collect(listed)
-
-
-def of_straps(tracks: Iterable[Track]) -> set[str]:
-    """What a spec may state priors for where there are releases: that their straps take time."""
-    labels = {f"release_duration[{t.label}]" for t in tracks if t.onset is not None}
-    return labels | {"release_duration"} if labels else set()
-
-
-def of_candidates(spec: Spec) -> set[str]:
-    """Labels of the parameters of effects that the spec names as missing, perhaps."""
-    where = f"{spec.path} [model] candidates"
-    named = effects_named(spec.model.candidates or (), spec.path.parent, where)
-    infos = [info for effect in named for info in effect.parameters()]
-    return {label for info in infos for label in (info.name, *info.labels)}
-
-
-def _stated(spec: Spec, one: Parameter) -> Parameter:
-    """Return a parameter with the spec's prior for its label or its name, where it states one."""
-    for name in (one.label, one.base):
-        if name in spec.priors:
-            stated = _described(spec.priors[name], f"{spec.path} [priors] {name}")
-            return dataclasses.replace(one, prior=stated)
-    return one
-
-
-def given_priors(spec: Spec) -> dict[str, AbstractPrior]:
-    """Priors that a spec states itself, by label."""
-    made = together(
-        *(
-            partial(_described, prior, f"{spec.path} [priors] {name}")
-            for name, prior in spec.priors.items()
-        )
-    )
-    return dict(zip(spec.priors, made, strict=True))
-
-
-def _described(prior: PriorDescription | PriorSpec, where: str = "built-in prior") -> AbstractPrior:
-    return make_prior(prior.law, prior.arguments, where)
-
-
-def _physical(
-    spec: Spec, effects: tuple[type[AbstractEffect], ...], tracks: tuple[Track, ...]
-) -> Iterator[Parameter]:
-    """Constants of the rig, then parameters of the effects, spread over what they vary by."""
-    known = dict(spec.rig.known)
-    if not of_the_rig(tracks):
-        known = {name: known[name] for name in MOTION_CONSTANTS}
-    for name, constant in known.items():
-        symbol, unit = RIG_SYMBOLS[name]
-        default = _described(
-            declare.normal(constant.value, constant.sd), f"{spec.path} [rig] {name}"
-        )
-        yield from _spread(spec, Parameter(name, symbol, unit, default), tracks)
-    for effect in effects:
-        own = _of_a_record(spec.model.only.get(effect.name), tracks)
-        for info in effect.parameters():
-            for label, prior in zip(info.labels, info.priors, strict=True):
-                if label not in known:
-                    one = of_effect(info, label, _described(prior))
-                    yield from _spread(spec, dataclasses.replace(one, **own), tracks)
-
-
-def of_effect(info: ParameterInfo, label: str, prior: AbstractPrior) -> Parameter:
-    """Return one number of an effect: `mu`, or of several `mu_branch[1]`."""
-    number = str(1 + info.labels.index(label)) if len(info.labels) > 1 else ""
-    places = (number,) if number else ()
-    return Parameter(
-        label, info.symbol, info.unit, prior, name=info.name, places=places, number=number
-    )
-
-
-def _of_a_record(scope: str | None, tracks: tuple[Track, ...]) -> dict[str, str]:
-    """Record and cylinder that an effect is confined to, where it is confined to a record."""
-    found = next((t for t in tracks if t.label == scope), None)
-    return {} if found is None else {"record": found.name, "cylinder": found.cylinder}
-
-
-def _spread(spec: Spec, one: Parameter, tracks: tuple[Track, ...]) -> Iterator[Parameter]:
-    """Yield the parameter once, or once for each kind, cylinder or record it varies by."""
-    by = spec.model.vary.get(one.label)
-    if by is None:
-        yield _stated(spec, one)
-        return
-    views = {
-        "kind": lambda t: {"kind": t.kind},
-        "cylinder": lambda t: {"cylinder": t.cylinder},
-        "record": lambda t: {"record": t.name, "cylinder": t.cylinder},
-    }
-    for view in {tuple(views[by](t).items()): None for t in tracks}:
-        places = tuple(word for _, word in view)
-        more = dict(view) | {"name": one.base, "places": one.places + places, "varies": True}
-        label = f"{one.label}[{','.join(places)}]"
-        yield _stated(spec, dataclasses.replace(one, label=label, **more))
-
-
-def pump_angles(
-    effects: Iterable[type[AbstractEffect]], tracks: Iterable[Track]
-) -> list[Parameter]:
-    """Angles at which records found the pump where effects beat with it: all angles are alike."""
-    listed = tuple(tracks)
-    labels, prior = beating(effects, listed), _described(ANY_ANGLE)
-    found: dict[str, Parameter] = {}
-    for t in (t for t in listed if t.label in labels):
-        shared = labels[t.label] == f"{PUMP_ANGLE}[{t.name}]"
-        places = (t.name,) if shared else (t.name, t.cylinder)
-        found[labels[t.label]] = of_record(PUMP_ANGLE, places, r"\varphi_\mathrm{r}", "rad", prior)
-    return list(found.values())
-
-
-def of_record(
-    name: str, places: tuple[str, ...], symbol: str, unit: str, prior: AbstractPrior
-) -> Parameter:
-    """Return a number of a record's own.
-
-    - `places`: the record, then the cylinder where it is one cylinder's, then the stretch.
-    """
-    record, cylinder = (*places[:2], "")[:2]
-    label = f"{name}[{','.join(places)}]"
-    return Parameter(
-        label, symbol, unit, prior, name=name, places=places, record=record, cylinder=cylinder
-    )
-
-
-def _local(spec: Spec, track: Track) -> Iterator[Parameter]:
-    """Numbers of one record: flow fractions, preload, instant of release."""
-    own = (track.name, track.cylinder)
-    for level in track.open_levels:
-        name, places = flow_name(track, level)
-        prior = _described(KAPPA_PRIOR if level == 1 else TANK_PRIOR)
-        yield _stated(spec, of_record(name, places, r"\kappa", "1", prior))
-    if track.onset is None:
-        return
-    record = next(r for r in spec.records if (r.name, r.cylinder) == (track.name, track.cylinder))
-    assert record.preload is not None  # a spec states one for every release
-    prior = _described(
-        declare.normal(record.preload.value, record.preload.sd), f"preload[{track.label}]"
-    )
-    yield _stated(spec, of_record("preload", own, r"F_0", "N", prior))
-    lasts = _duration(spec, own)
-    prior = _release_law(record.release_time, track, bool(lasts))
-    yield _stated(spec, of_record("release_time", own, r"t_0", "s", prior))
-    yield from lasts
-
-
-def _duration(spec: Spec, own: tuple[str, ...]) -> list[Parameter]:
-    """How long the strap of a release takes to let go, where the spec has a prior for it."""
-    one = of_record("release_duration", own, r"d_0", "s", _described(declare.fixed(0.0)))
-    return [_stated(spec, one)] if spec.priors.keys() & {one.label, one.base} else []
-
-
-def _shape_of_straps(spec: Spec, local: Iterable[Parameter]) -> list[Parameter]:
-    """How abruptly straps begin and end to let go, where one of them takes its time."""
-    if not any(p.base == "release_duration" for p in local):
-        return []
-    prior = _described(STRAP_PRIOR)
-    symbols = {"release_begin": "a_0", "release_end": "b_0"}
-    return [_stated(spec, Parameter(name, s, "1", prior)) for name, s in symbols.items()]
-
-
-def _release_law(given, track: Track, lasting: bool) -> AbstractPrior:
-    """Instant of release: exact where given so, else between the samples around the onset.
-
-    - `lasting`: the strap takes its time; then a fifth of the preload has gone at that instant, and
-      the onset that was found is uncertain by a sample to either side.
-    """
-    wide = RELEASE_WITHIN if lasting else 0.0
-    high = float(track.onset_time) + wide * track.interval
-    low = float(track.onset_time) - (1.0 + wide) * track.interval
-    if given is None:
-        prior = declare.uniform(low, high)
-    elif given.sd == 0.0:
-        prior = declare.fixed(given.value)
-    else:
-        prior = declare.truncated_normal(given.value, given.sd, low, high)
-    return _described(prior, "release_time")
-
-
-def _noise(
-    spec: Spec, tracks: tuple[Track, ...], series: Mapping[str, Series]
-) -> Iterator[Parameter]:
-    """Noise level of every sensor that read anything."""
-    seen = dict.fromkeys(
-        (q, t.cylinder)
-        for q in UNITS
-        for t in tracks
-        if series[t.label].has(q) and q in GROUPS[t.of.solver].quantities
-    )
-    for quantity, cylinder in seen:
-        label = f"noise[{quantity},{cylinder}]"
-        about = declare.lognormal(spec.sensors[quantity].noise, NOISE_FACTOR)
-        prior, places = _described(about, label), (quantity, cylinder)
-        yield _stated(spec, Parameter(
-            label, r"\sigma", UNITS[quantity], prior, name="noise", places=places, cylinder=cylinder
-        ))  # fmt: skip

@@ -16,6 +16,7 @@ from types import ModuleType
 from typing import TypeGuard
 
 from rigid.effects import CATALOGUE, AbstractEffect
+from rigid.effects.placed import origin
 from rigid.io.errors import InputError
 from rigid.likelihood.parameters import require_known
 
@@ -41,6 +42,7 @@ def effects_named(
 
 def name_in_specs(effect: type[AbstractEffect], folder: Path) -> str:
     """Return what a spec in a folder has to say to mean an effect."""
+    effect = origin(effect)
     if CATALOGUE.get(effect.name) is effect:
         return effect.name
     module = sys.modules[effect.__module__]
@@ -53,7 +55,7 @@ def name_in_specs(effect: type[AbstractEffect], folder: Path) -> str:
 
 def marks(effects: Iterable[type[AbstractEffect]]) -> dict[str, str]:
     """SHA-256 of the files that hold effects of a user's own, by the effect's name."""
-    own = [e for e in effects if CATALOGUE.get(e.name) is not e]
+    own = [e for e in map(origin, effects) if CATALOGUE.get(e.name) is not e]
     files = {e.name: sys.modules[e.__module__].__file__ for e in own}
     return {
         name: hashlib.sha256(Path(file).read_bytes()).hexdigest()

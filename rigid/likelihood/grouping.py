@@ -4,7 +4,11 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 
 from rigid.effects import AbstractEffect
-from rigid.likelihood.groups import GROUPS, AbstractGroup, Room, SlowGroup
+from rigid.effects.placed import those_at
+from rigid.kinds.base import Solver
+from rigid.likelihood.groups import AbstractGroup, MotionGroup, ReleaseGroup, Room, SlowGroup
+from rigid.likelihood.machine import Layout
+from rigid.likelihood.machine_group import MachineGroup, machine_group
 from rigid.likelihood.tracks import Track
 from rigid.physics.rig import acting
 
@@ -14,6 +18,18 @@ SHORT = 0.5
 OF_A_TURN = 1.0
 """What a turn costs beside the tracks in it, in tracks: its step matrices."""
 
+GROUPS: dict[Solver, type[SlowGroup | ReleaseGroup | MotionGroup]] = {
+    "slow": SlowGroup,
+    "release": ReleaseGroup,
+    "motion": MotionGroup,
+}
+"""By solver; runs of a machine need to know the machine, see `Grouping`."""
+
+
+def explained(solver: Solver) -> tuple[str, ...]:
+    """Return the quantities that a solver predicts."""
+    return MachineGroup.quantities if solver == "machine" else GROUPS[solver].quantities
+
 
 @dataclasses.dataclass(frozen=True)
 class Grouping:
@@ -21,16 +37,19 @@ class Grouping:
 
     - `effects`: all there are. - `vary`: by what each parameter that varies does.
     - `only`: the kind, cylinder or "record,cylinder" that an effect is confined to, by its name.
-    - `tolerance`: of the full solve, None: exponential steps.
+    - `tolerance`: of the full solve, None: steps. - `layout`: of the machine whose runs these are.
     """
 
     effects: tuple[type[AbstractEffect], ...]
     vary: Mapping[str, str]
     only: Mapping[str, str] = dataclasses.field(default_factory=dict)
     tolerance: float | None = None
+    layout: Layout | None = None
 
     def acting(self, track: Track) -> tuple[type[AbstractEffect], ...]:
-        """Return the effects that act in a track."""
+        """Return the effects that act in a track; of a machine those at its joint."""
+        if track.of.solver == "machine":
+            return those_at(self.effects, track.cylinder)
         return tuple(
             e
             for e in acting(self.effects, track.kind)
@@ -38,7 +57,9 @@ class Grouping:
         )
 
     def key(self, track: Track) -> tuple:
-        """Return what a track must share with the others of its group."""
+        """Return what a track must share with the others of its group; joints move together."""
+        if track.of.solver == "machine":
+            return track.kind, round(track.interval, 9)
         by = set(self.vary.values())
         scope: dict[str, str] = dict(zip(("kind", "cylinder", "record"), track.scope, strict=True))
         names = tuple(e.name for e in self.acting(track))
@@ -50,11 +71,16 @@ class Grouping:
         groups = []
         for key in keys:
             members = tuple(t for t in tracks if self.key(t) == key)
-            kind = GROUPS[members[0].of.solver]
             size = max(t.size for t in members)
             same = tuple(t.on_grid(size) for t in members)
-            groups.append(kind(same, self.acting(members[0]), self.tolerance))
+            groups.append(self._group(same))
         return in_turns(groups)
+
+    def _group(self, tracks: tuple[Track, ...]) -> AbstractGroup:
+        if self.layout is not None:
+            return machine_group(tracks, self.effects, self.tolerance, self.layout)
+        kind = GROUPS[tracks[0].of.solver]
+        return kind(tracks, self.acting(tracks[0]), self.tolerance)
 
 
 def in_turns(groups: Sequence[AbstractGroup]) -> tuple[AbstractGroup, ...]:

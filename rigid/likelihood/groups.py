@@ -11,7 +11,6 @@ import jax.numpy as jnp
 from jax import Array
 
 from rigid.effects import AbstractEffect
-from rigid.kinds.base import Solver
 from rigid.likelihood.parameters import Scoped
 from rigid.likelihood.tracks import Track
 from rigid.physics import full, inverse, release, slow, staggered
@@ -48,7 +47,7 @@ class AbstractGroup(eqx.Module):
         """What is known of the records before a fit."""
 
     @abstractmethod
-    def inputs(self, values: Mapping[str, Array]) -> tuple[Rig | inverse.Body | Array | None, ...]:
+    def inputs(self, values: Mapping[str, Array]) -> tuple[eqx.Module | Array | None, ...]:
         """Return what a simulation takes of the parameters: rig, then (..., walkers) each."""
 
     def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
@@ -300,13 +299,6 @@ def _alike(asked: Sequence[tuple]) -> list[list[int]]:
     return list(alike.values())
 
 
-GROUPS: dict[Solver, type[SlowGroup | ReleaseGroup | MotionGroup]] = {
-    "slow": SlowGroup,
-    "release": ReleaseGroup,
-    "motion": MotionGroup,
-}
-
-
 def beating(effects: Iterable[type[AbstractEffect]], tracks: Iterable[Track]) -> dict[str, str]:
     """Label of the pump's angle when a track began, by label of the track.
 
@@ -331,8 +323,11 @@ def flow_label(track: Track, level: int) -> str:
 def flow_name(track: Track, level: int) -> tuple[str, tuple[str, ...]]:
     """Name of a flow fraction and what it belongs to: record, cylinder, stretch after the first.
 
-    `kappa` with the valve open, `kappa_tank` to the tank.
+    `kappa` with the valve open, `kappa_tank` to the tank. Where a command was recorded the fraction
+    is that of the joint, the same in every run.
     """
+    if track.given is not None and track.given.command is not None:
+        return "kappa", (track.cylinder,)
     own = (track.name, track.cylinder)
     if level == 1:
         return "kappa", own

@@ -82,6 +82,18 @@ class Series:
         )
 
 
+class Given(eqx.Module):
+    """What was done at a joint of a machine in a run, as it was recorded.
+
+    - `command` (samples,) [-]: of the valve; `force` (samples,) [N]: on the body ahead; None where
+      there was none. - `moving`: whether the machine moved when the run began.
+    """
+
+    command: Array | None
+    force: Array | None
+    moving: bool = eqx.field(static=True)
+
+
 class Track(eqx.Module):
     """One cylinder in one record, without what was read.
 
@@ -90,7 +102,7 @@ class Track(eqx.Module):
       `first` [s]: time of its first sample.
     - `drive`: of a slow record.
     - `onset`: of a release, the index of the first sample after it; `onset_time` [s].
-    - `along`: of a motion, what was measured of it.
+    - `along`: of a motion, what was measured of it. - `given`: of a run, what was done.
     """
 
     label: str = eqx.field(static=True)
@@ -104,6 +116,7 @@ class Track(eqx.Module):
     onset: int | None = eqx.field(static=True)
     first: Array = eqx.field(converter=jnp.asarray)
     along: Along | None = None
+    given: Given | None = None
 
     def __check_init__(self):
         require_kind(self.kind)
@@ -238,10 +251,45 @@ def _motion(record: Record) -> Laid:
     return Laid(track, Series({"force": laid.force}, {"force": laid.weight}))
 
 
+DONE = ("command", "force")
+"""Channels of a run that say what was done; they are not explained."""
+
+
+def _run(record: Record) -> Laid:
+    """Lay a run of a machine: what was done at a joint, and what its sensors read."""
+    record, series = _even(record)
+    done: dict[str, Array | None] = dict.fromkeys(DONE)
+    for quantity in DONE:
+        if quantity not in series.data:
+            continue
+        if not series.weight[quantity].all():
+            raise InputError(
+                f"{record.path}: record '{record.name}', {quantity}: samples are missing; what was "
+                "done to a machine must be known throughout, cut the record with `rows`"
+            )
+        done[quantity] = jnp.asarray(series.data[quantity])
+    read = Series(
+        {q: s for q, s in series.data.items() if q not in DONE},
+        {q: s for q, s in series.weight.items() if q not in DONE},
+    )
+    drive = _drive(record, read.samples)
+    track = _track(
+        record,
+        record.interval,
+        read.samples,
+        float(record.time[0]),
+        drive=drive,
+        size=drive.size,
+        given=Given(done["command"], done["force"], record.moving),
+    )
+    return Laid(track, read)
+
+
 LAY: dict[Solver, Callable[[Record], Laid]] = {
     "slow": _slow,
     "release": _release,
     "motion": _motion,
+    "machine": _run,
 }
 
 

@@ -16,7 +16,7 @@ from rigid.effects import AbstractEffect, ParameterInfo
 from rigid.likelihood.priors import AbstractPrior, Lognormal, make_prior
 from rigid.likelihood.tracks import Track
 
-EVENT = "valve-event"
+EVENT, BEGINS = "valve-event", "event_start"
 EVENT_SPACING = 0.5
 """Seconds between the instants at which an event of a valve is looked for."""
 THIRDS = norm.ppf([1.0 / 6.0, 0.5, 5.0 / 6.0])
@@ -147,11 +147,13 @@ def events(
     priors = priors_of(effect, given or {})
     amplitude, absent, prior = amplitude_of(priors)
     found = []
+    begins = next(label for label, (info, _) in priors.items() if info.name == BEGINS)
     for track in tracks:
-        if track.drive is None or not any(track.drive.levels):
+        elsewhere = effect.place not in ("", track.cylinder)
+        if elsewhere or track.drive is None or not any(track.drive.levels):
             continue
         for begin in np.arange(0.0, int(track.samples) * track.interval - 0.2, EVENT_SPACING):
-            shape = _shape(priors, {}) | {"event_start": float(begin)}
+            shape = _shape(priors, {}) | {begins: float(begin)}
             found.append(Candidate(effect, amplitude, absent, prior, shape, track.label))
     return tuple(found)
 

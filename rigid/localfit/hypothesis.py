@@ -17,7 +17,7 @@ from jax import Array
 
 from rigid.effects import AbstractEffect
 from rigid.inference.newton import is_noise
-from rigid.likelihood.assemble import of_effect, pump_angles
+from rigid.likelihood.listing import of_effect, pump_angles
 from rigid.likelihood.parameters import Parameter
 from rigid.likelihood.priors import AbstractPrior
 from rigid.likelihood.problem import Problem

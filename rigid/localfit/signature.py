@@ -97,6 +97,8 @@ def changes(local: LocalFit, family: Family, ways: list[Way]) -> np.ndarray:
         out[:, far] = _differences(local, family, [ways[i] for i in far])
     if near:
         out[:, near] = _derivatives(local, family, [ways[i] for i in near])
+    # What cannot be simulated around this fit has no signature to look for.
+    out[:, ~np.isfinite(out).all(axis=0)] = 0.0
     return out
 
 

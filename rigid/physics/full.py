@@ -5,7 +5,7 @@ moves of the valve is solved by itself, so that no step passes over one. Where a
 to its end, its readings are nan.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import NamedTuple, TypeVar
 
@@ -36,7 +36,7 @@ MAX_STEPS = 200_000
 """Steps of a stretch after which a solve has not ended."""
 
 
-class _Path(NamedTuple):
+class Path(NamedTuple):
     """What a solve gives: states at the times asked for (times, n), and whether it ended."""
 
     states: Array
@@ -94,25 +94,46 @@ def _solved(
     times: Array,
     tolerance: float,
     longest: float,
-) -> _Path:
+) -> Path:
     """Solve from the first of `ends` to the last, with no step over `longest` [s].
 
     - `now`: surroundings at a time. - `times` (times,): from end to end, in order.
     """
-    scales = jnp.asarray(rig.scales)
+
+    def rates(time: Array, flat: Array) -> Array:
+        moved = rig.motion(flat, now(time)).rates
+        return jnp.stack([jnp.broadcast_to(rate, ()) for rate in moved])
+
+    return solved(rates, rig.scales, start, (ends, times), tolerance, longest)
+
+
+def solved(
+    rates: Callable[[Array, Array], Array],
+    scales: Sequence[float],
+    start: Array,
+    when: tuple[tuple[Array, Array], Array],
+    tolerance: float,
+    longest: float,
+) -> Path:
+    """Solve by Kvaerno5, with no step over `longest` [s].
+
+    - `rates`: (n,) of a time and a state (n,). - `scales` (n,): in which errors are measured.
+    - `when`: first and last instant, and the times (times,) that are asked for, in order [s].
+    """
+    (begin, end), times = when
+    sized = jnp.asarray(scales)
 
     def field(time: ArrayLike, scaled: Array, _: None) -> Array:
-        moved = rig.motion(scaled * scales, now(jnp.asarray(time))).rates
-        return jnp.stack([jnp.broadcast_to(rate, ()) for rate in moved]) / scales
+        return rates(jnp.asarray(time), scaled * sized) / sized
 
     finer = FINER * tolerance
     solution = diffrax.diffeqsolve(
         diffrax.ODETerm(field),
         diffrax.Kvaerno5(root_finder=optimistix.Newton(rtol=finer, atol=finer)),
-        ends[0],
-        ends[1],
+        begin,
+        end,
         None,
-        start / scales,
+        start / sized,
         saveat=diffrax.SaveAt(ts=times),
         stepsize_controller=diffrax.PIDController(rtol=tolerance, atol=tolerance, dtmax=longest),
         max_steps=MAX_STEPS,
@@ -121,7 +142,7 @@ def _solved(
     )
     path = solution.ys
     assert path is not None  # it is what SaveAt(ts) asks for
-    return _Path(path * scales, solution.result == diffrax.RESULTS.successful)
+    return Path(path * sized, solution.result == diffrax.RESULTS.successful)
 
 
 class Strap(NamedTuple):

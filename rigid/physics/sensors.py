@@ -6,8 +6,15 @@ from jax import Array
 
 from rigid.physics.rig import Rig, Surroundings
 
-UNITS = {"load": "N", "stroke": "m", "pressure": "Pa", "acceleration": "m/s^2", "force": "N"}
-"""What the sensors read, by quantity, and its SI unit; a force is read on other machines."""
+UNITS = {
+    "load": "N",
+    "stroke": "m",
+    "pressure": "Pa",
+    "acceleration": "m/s^2",
+    "position": "m",
+    "force": "N",
+}
+"""What the sensors read, by quantity, and its SI unit; the last two on other machines."""
 
 
 class Readings(NamedTuple):

@@ -54,7 +54,7 @@ def without_ends(records: Sequence[Record], sensors: Sheets) -> tuple[Record, ..
     groups: dict[tuple[str, str], list[int]] = {}
     for number, record in enumerate(records):
         for quantity in record.channels:
-            if KINDS[record.kind].of_the_rig():
+            if not KINDS[record.kind].filtered:
                 groups.setdefault((quantity, record.cylinder), []).append(number)
     found = list(records)
     for (quantity, _), members in groups.items():

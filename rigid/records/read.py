@@ -92,7 +92,7 @@ def read_record(
     raw, notes = _on_clock(spec, _convert(spec, source.table, where), where)
     time = raw.columns[TIME]
     interval, uniform = grid(time)
-    corner = None if KINDS[spec.kind].of_the_rig() else spec.corner or usual_corner(interval)
+    corner = spec.corner or usual_corner(interval) if KINDS[spec.kind].filtered else None
     if corner is not None and not uniform:
         notes += (UNEVEN.format(interval),)
     stated = {q: source.table.units.get(name, "") for q, name in raw.names.items()}
@@ -115,6 +115,7 @@ def read_record(
         uniform=uniform,
         notes=(*source.table.notes, *notes),
         corner=corner,
+        moving=spec.start == "moving",
     )
 
 

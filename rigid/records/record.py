@@ -45,6 +45,7 @@ class Record:
     - sha256: of the file, hexadecimal
     - notes: what was dropped on reading, which defects were accepted, which units are doubted
     - corner: of a motion, the frequency in Hz up to which its force is explained
+    - moving: of a run, whether the machine moves already when it begins
     """
 
     name: str
@@ -61,6 +62,7 @@ class Record:
     uniform: bool
     notes: tuple[str, ...] = ()
     corner: float | None = None
+    moving: bool = False
 
     def __post_init__(self):
         require_kind(self.kind)

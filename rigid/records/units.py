@@ -12,6 +12,7 @@ DIMENSIONS = {
     "acceleration": "acceleration",
     "position": "length",
     "force": "force",
+    "command": "number",
 }
 GRAVITY = 9.80665  # m/s^2, standard
 POUND_FORCE = 4.4482216152605  # N
@@ -45,6 +46,8 @@ UNITS: dict[str, tuple[str, float]] = {
     "m/s2": ("acceleration", 1.0),
     "g": ("acceleration", GRAVITY),
     "mg": ("acceleration", GRAVITY * 1e-3),
+    "1": ("number", 1.0),
+    "%": ("number", 1e-2),
 }
 
 SAME = {  # other ways in which files write these units
@@ -154,4 +157,11 @@ def dimension(quantity: str, where: str) -> str:
     return DIMENSIONS[quantity]
 
 
-SI_NAMES = {"time": "s", "force": "N", "length": "m", "pressure": "Pa", "acceleration": "m/s^2"}
+SI_NAMES = {
+    "time": "s",
+    "force": "N",
+    "length": "m",
+    "pressure": "Pa",
+    "acceleration": "m/s^2",
+    "number": "1",
+}

@@ -13,7 +13,9 @@ from rigid.kinds import KINDS, Position, RecordKind
 from rigid.spec.base import POSITIVE, Flag, Known, Number, Real, Value, Whole, is_number, uncertain
 from rigid.spec.sentences import unknown
 
-Quantity = Literal["time", "load", "stroke", "pressure", "acceleration", "position", "force"]
+Quantity = Literal[
+    "time", "load", "stroke", "pressure", "acceleration", "position", "force", "command"
+]
 DefectName = Literal["time-not-increasing", "gap", "nan", "stuck", "saturated", "unit", "too-short"]
 """What can be wrong with a record and be accepted all the same; `rigid.records` finds it."""
 
@@ -93,6 +95,7 @@ class RecordSpec(Value):
     preload: Annotated[Known, uncertain(PRELOAD_SHARE), POSITIVE] | None = None
     release_time: Number | None = None
     corner: Annotated[Real, Field(gt=0.0)] | None = None
+    start: Literal["rest", "moving"] | None = None
     fit: Flag = True
     accept: tuple[DefectName, ...] = ()
     rows: Annotated[tuple[Whole, Whole], BeforeValidator(_lines)] | None = None

@@ -60,8 +60,10 @@ SHEETS: dict[str, dict[str, Any]] = {
 OTHER_SHEETS: dict[str, dict[str, Any]] = {
     # Of machines that are not known here: a spec has to state the rest.
     "force": {"step": 0.0, "range": (-1e9, 1e9)},
-    # A position enters as it was read; only its range is looked at.
+    # A position of a motion enters as it was read; only its range is looked at.
     "position": {"step": 0.0, "noise": 1e-6, "gain_sd": 0.0, "zero_sd": 0.0, "range": (-1e3, 1e3)},
+    # A command is given, not measured.
+    "command": {"step": 0.0, "noise": 1e-9, "gain_sd": 0.0, "zero_sd": 0.0, "range": (-1e3, 1e3)},
 }
 
 
@@ -73,6 +75,7 @@ class SensorsSpec(Value):
     pressure: SensorSpec = SensorSpec(**SHEETS["pressure"])
     acceleration: SensorSpec = SensorSpec(**SHEETS["acceleration"])
     position: SensorSpec = SensorSpec(**OTHER_SHEETS["position"])
+    command: SensorSpec = SensorSpec(**OTHER_SHEETS["command"])
     force: SensorSpec | None = None
 
     @model_validator(mode="after")

@@ -10,6 +10,7 @@ from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from rigid.io.errors import quoted
 from rigid.kinds import KINDS
 from rigid.spec.base import POSITIVE, Flag, Known, Real, Value, Whole, uncertain, within
+from rigid.spec.machine import MachineSpec, effects_of, run_faults
 from rigid.spec.published import PublishedSpec
 from rigid.spec.record import ChannelSpec, Quantity, RecordSpec
 from rigid.spec.sheets import SensorsSpec
@@ -186,10 +187,12 @@ class SolveSpec(Value):
     """By what the equations of motion are solved; `tolerance` is diffrax's, relative.
 
     - `method`: None: steps, and diffrax where steps do not hold for an effect of the user's own.
+    - `steps`: between two samples of a machine's runs; None: so many that its swings are resolved.
     """
 
     method: Literal["steps", "diffrax"] | None = None
     tolerance: Annotated[Real, Field(ge=1e-12, le=1e-4)] = 1e-8
+    steps: Annotated[Whole, Field(ge=1, le=1000)] | None = None
 
 
 class BandsLawSpec(Value):
@@ -274,6 +277,7 @@ class SpecBody(Value):
     title: str = ""
     simulated: Flag = False
     rig: RigSpec = RigSpec()
+    machine: MachineSpec | None = None
     model: ModelSpec = ModelSpec()
     priors: Mapping[str, PriorSpec] = {}
     sensors: SensorsSpec = SensorsSpec()
@@ -288,9 +292,10 @@ class SpecBody(Value):
     @model_validator(mode="before")
     @classmethod
     def shared(cls, given: Any) -> Any:
-        """Give each record without channels those of its cylinder."""
+        """Give each record without channels those of its cylinder; list what acts at joints."""
         if not isinstance(given, Mapping):
             return given
+        given = _with_effects(given)
         channels, records = given.get("channels"), given.get("records")
         if not isinstance(channels, Mapping) or not isinstance(records, (list, tuple)):
             return given
@@ -299,9 +304,21 @@ class SpecBody(Value):
     @model_validator(mode="after")
     def consistent(self) -> "SpecBody":
         """Refuse what cannot be one campaign, each mistake in a sentence."""
-        if says := [*_alike(self.records), *_unheld(self), *_unmeasured(self)]:
+        says = [*_alike(self.records), *_unheld(self), *_unmeasured(self)]
+        if says := [*says, *run_faults(self.machine, self.records)]:
             raise ValueError("\n".join(dict.fromkeys(says)))
         return self
+
+
+def _with_effects(given: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return a spec as TOML has it, its model's effects those that its machine's joints name."""
+    machine, model = given.get("machine"), given.get("model", {})
+    if not isinstance(machine, Mapping) or not isinstance(model, Mapping):
+        return given
+    if "effects" in model:
+        raise ValueError("model: effects: each joint of a [machine] names its own; leave this out")
+    effects = effects_of(machine.get("joints"))
+    return given if effects is None else {**given, "model": {**model, "effects": effects}}
 
 
 def _with_channels(record: Any, channels: Mapping[str, Any]) -> Any:
@@ -343,8 +360,14 @@ def _unheld(spec: SpecBody) -> Iterator[str]:
 
 
 def _unmeasured(spec: SpecBody) -> Iterator[str]:
-    """Say that a force has no sheet of its sensor."""
+    """Say that a force, or a position that is to be explained, has no sheet of its sensor."""
+    stated = spec.sensors.model_fields_set
     for r in spec.records:
+        if r.kind == "run" and "position" in r.channels and "position" not in stated:
+            yield (
+                "sensors: a run needs the sheet of its position sensor, as in "
+                "position = { step = 1e-5, noise = 1e-5, gain_sd = 1e-3, zero_sd = 1e-4 } (m)"
+            )
         if spec.sensors.force is None and "force" in r.channels:
             yield (
                 f"sensors: a {r.kind} needs the sheet of its force sensor, as in "

@@ -19,8 +19,9 @@ from rigid.io.cache import Shelf
 from rigid.io.cli import Options
 from rigid.io.files import write_text
 from rigid.io.progress import stage, stages
-from rigid.likelihood.assemble import given_priors
 from rigid.likelihood.effect_lookup import effects_named, marks
+from rigid.likelihood.listing import given_priors
+from rigid.likelihood.machine import everywhere
 from rigid.likelihood.problem import Problem
 from rigid.localfit.reference_check import against_reference
 from rigid.localfit.settled import state_of
@@ -154,15 +155,17 @@ def candidates(spec: Spec, problem: Problem) -> tuple[type[AbstractEffect], ...]
     listed = tuple(CATALOGUE.values())
     if named is not None:
         listed = effects_named(named, spec.path.parent, f"{spec.path} [model] candidates")
+    if spec.machine is not None:
+        listed = everywhere(spec.machine, listed)
     kinds = {track.kind for track in problem.tracks}
-    taken = {info.name for effect in problem.effects for info in effect.parameters()}
+    taken = {label for effect in problem.effects for label in effect.labels()}
     return tuple(
         effect
         for effect in listed
         if effect not in problem.effects
         and any(effect.acts_in(kind) for kind in kinds)
         and effect.may_lack()
-        and not taken & {info.name for info in effect.parameters()}
+        and taken.isdisjoint(effect.labels())
     )
 
 

@@ -15,8 +15,8 @@ from rigid.io.cache import Shelf
 from rigid.io.cli import Options
 from rigid.io.files import write_text
 from rigid.io.progress import stages
-from rigid.likelihood.assemble import given_priors
 from rigid.likelihood.effect_lookup import marks
+from rigid.likelihood.listing import given_priors
 from rigid.likelihood.problem import Problem
 from rigid.localfit.reference_check import against_reference
 from rigid.records.record import Record

@@ -26,7 +26,8 @@ from rigid.io.errors import InputError, together
 from rigid.io.files import locked
 from rigid.io.progress import WRITE, say, stage
 from rigid.io.provenance import running
-from rigid.likelihood.assemble import assemble, chosen_effects, given_priors
+from rigid.likelihood.assemble import assemble, chosen_effects
+from rigid.likelihood.listing import given_priors
 from rigid.likelihood.problem import Problem
 from rigid.records.read import read_records
 from rigid.records.record import Record
@@ -234,7 +235,11 @@ class Study:
         resume: bool = False,
         quiet: bool = False,
     ) -> Laws:
-        """Compare the friction models."""
+        """Compare the friction models.
+
+        Raises InputError for a machine that the spec puts together.
+        """
+        self._require_no_machine("laws")
         options = self._options(out, seed, resume, quiet)
         problem = assemble(without_friction(self.solved), self.records)
         asked = self.solved, self.records, problem, self._seed(seed), options
@@ -254,8 +259,10 @@ class Study:
         - `quantities`: names in a fit's table, `k_LC` or `abs_mu[80 Hz]`, the first of which ranks;
           empty: those of the spec's [plan], or the usual ones.
 
-        Raises InputError for a quantity, a record or a setting that is not there.
+        Raises InputError for a quantity, a record or a setting that is not there, and for a machine
+        that the spec puts together.
         """
+        self._require_no_machine("plan")
         options = self._options(out, seed, resume, quiet)
         asked = self._asked
         with self._running("plan"), _folder(options) as folder:
@@ -298,6 +305,14 @@ class Study:
         if not fitted:
             return Checked(self.spec, (), None)
         return Checked(self.solved, self.records, self.problem)
+
+    def _require_no_machine(self, command: str) -> None:
+        """Refuse what runs of a machine cannot be asked yet."""
+        if self.spec.machine is not None:
+            raise InputError(
+                f"{self.spec.path}: `rigid {command}` does not take a [machine] yet; fit, "
+                "discover, check, validate and compare do"
+            )
 
     def _written(self, method: str, options: Options, find: Callable[[], Result]) -> Result:
         """Return what a method finds, its files written where the options name a folder."""

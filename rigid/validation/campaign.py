@@ -229,7 +229,7 @@ class _Made:
         records = []
         for record in self.base.records:
             track = tracks[f"{record.name},{record.cylinder}"]
-            seen = self._seen(record, track, rng) if track.of.of_the_rig() else {}
+            seen = {} if track.of.filtered else self._seen(record, track, rng)
             one = stated[record.name, record.cylinder]
             records.append(reread(record, seen, one, spec.sensors) if seen else record)
         listed = without_ends(records, spec.sensors)
@@ -267,7 +267,7 @@ class _Made:
         pieces = []
         for piece in problem.pieces:
             tracks = [problem.groups[piece.group].tracks[t] for t in piece.tracks]
-            if tracks[0].of.of_the_rig():
+            if not tracks[0].of.filtered:
                 pieces.append(piece)
                 continue
             data = np.array(piece.data)

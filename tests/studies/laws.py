@@ -145,7 +145,8 @@ def compared(spec_path: Path, law: str, seed: int, settings: str) -> dict:
     from rigid.friction.comparison import compare
     from rigid.friction.fits import fit_laws
     from rigid.friction.models import models, without_friction
-    from rigid.likelihood.assemble import assemble, given_priors
+    from rigid.likelihood.assemble import assemble
+    from rigid.likelihood.listing import given_priors
     from rigid.records.read import read_records
     from rigid.report.laws.output import as_dict
     from rigid.spec import load_spec

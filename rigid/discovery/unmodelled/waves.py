@@ -104,10 +104,11 @@ def waves(local: LocalFit) -> Bumps:
 def _waving(local: LocalFit, quantity: str) -> Bumps | None:
     """The wave of one quantity, None where no record has both it and the stroke."""
     layout = local.layout
-    found = [_over_stroke(local, c) for c in layout.channels if c.quantity == quantity]
-    here = [(rows, stroke) for one in found if one is not None for rows, stroke in [one]]
-    if not here:
+    listed = [c for c in layout.channels if c.quantity == quantity]
+    found = [(c, one) for c in listed if (one := _over_stroke(local, c)) is not None]
+    if not found:
         return None
+    here = [one for _, one in found]
     rows, stroke = (np.concatenate(part) for part in zip(*here, strict=True))
     sensors = np.unique(layout.sensor[rows])
     span = float(np.ptp(stroke))
@@ -124,9 +125,10 @@ def _waving(local: LocalFit, quantity: str) -> Bumps | None:
     strength = math.sqrt(float(power[best]))
     share = math.log(min(WIDTH / max(strength, 1.0), 1.0) / tried)
     target = Wave(WAVING[quantity], float(1.0 / numbers[best]), log_share=share, tried=tried)
-    # A gauge reads F/S of a force that changes slowly beside the oil.
-    area = local.hypothesis.every(local.w)["S_Pl"] if quantity == "pressure" else 1.0
-    unit = reads(local)[rows] / area
+    unit = reads(local)[rows]
+    if quantity == "pressure":  # a gauge reads F/S of a force that changes slowly beside the oil
+        areas = [_area(local, c.track) for c, _ in found]
+        unit /= np.repeat(areas, [len(own) for own, _ in here])
     phase = 2.0 * np.pi * numbers[best] * stroke
     columns = np.zeros((len(local.residual), 2 * len(sensors)))
     for i, sensor in enumerate(sensors):
@@ -134,6 +136,12 @@ def _waving(local: LocalFit, quantity: str) -> Bumps | None:
         columns[rows[mine], 2 * i] = (unit * np.cos(phase))[mine]
         columns[rows[mine], 2 * i + 1] = (unit * np.sin(phase))[mine]
     return Bumps(columns, (target,) * columns.shape[1], np.repeat(sensors, 2).astype(float))
+
+
+def _area(local: LocalFit, track: str) -> float:
+    """Area that the pressure acts on [m^2]; a machine has one at each joint."""
+    values, joint = local.hypothesis.every(local.w), local.hypothesis.problem.track(track).cylinder
+    return values.get("S_Pl", values.get(f"area[{joint}]", 1.0))
 
 
 def _over_stroke(local: LocalFit, channel: ChannelKey) -> tuple[np.ndarray, np.ndarray] | None:

@@ -11,8 +11,8 @@ import numpy as np
 from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained
 from rigid.discovery.workflow import LIKELY, Judged, Outcome, Step
 from rigid.io.files import finite
-from rigid.likelihood.assemble import given_priors
 from rigid.likelihood.effect_lookup import effects_named, name_in_specs
+from rigid.likelihood.listing import given_priors
 from rigid.likelihood.priors import AbstractPrior
 from rigid.localfit.hypothesis import Hypothesis
 from rigid.localfit.leave_one_out import gap
@@ -165,6 +165,11 @@ def extended_spec(spec: Spec, outcome: Outcome, folder: Path) -> str:
     Everything else stays as it was written, comments included.
     """
     text = spec.text.removeprefix("\ufeff")
+    laws = {k: v for k, v in outcome.final.hypothesis.given.items() if k not in given_priors(spec)}
+    if spec.machine is not None:
+        for effect in outcome.final.hypothesis.added:
+            text = at_joint(text, effect.place, name_in_specs(effect, folder))
+        return _with_files(with_laws(text, laws), spec, folder)
     given = effects_named(spec.model.effects, spec.path.parent, f"{spec.path} [model] effects")
     every = (*given, *outcome.final.hypothesis.added)
     listed = "".join(f'    "{name_in_specs(effect, folder)}",\n' for effect in every)
@@ -180,8 +185,29 @@ def extended_spec(spec: Spec, outcome: Outcome, folder: Path) -> str:
         pairs = ", ".join(f'{k} = "{v}"' for k, v in {**spec.model.only, **only}.items())
         text = re.sub(r"(?m)^only\s*=.*\n", "", text)
         text = text.replace(effects, f"{effects}\nonly = {{ {pairs} }}", 1)
-    laws = {k: v for k, v in outcome.final.hypothesis.given.items() if k not in given_priors(spec)}
     return _with_files(with_laws(text, laws), spec, folder)
+
+
+def at_joint(text: str, joint: str, name: str) -> str:
+    """Add an effect to those of a joint of a machine, in the joint's own table.
+
+    Where the joint stands in the table of another, a comment at the end says what to add.
+    """
+    word = re.escape(joint)
+    head = re.search(rf'(?m)^\[\s*machine\s*\.\s*joints\s*\.\s*"?{word}"?\s*\].*\n', text)
+    if head is None:
+        return f'{text.rstrip()}\n\n# Add "{name}" to the effects of joint {joint}.\n'
+    end = re.compile(r"(?m)^\s*\[").search(text, head.end())
+    stop = len(text) if end is None else end.start()
+    block = text[head.end() : stop]
+    listed = re.search(r"(?m)^effects\s*=\s*\[(?P<names>[^\]]*)\]", block)
+    if listed is None:
+        block = f'effects = ["{name}"]\n{block}'
+    else:
+        names = listed["names"].rstrip().rstrip(",")
+        more = f"{names}, " if names.strip() else ""
+        block = f'{block[: listed.start()]}effects = [{more}"{name}"]{block[listed.end() :]}'
+    return text[: head.end()] + block + text[stop:]
 
 
 def with_laws(text: str, laws: Mapping[str, AbstractPrior]) -> str:
