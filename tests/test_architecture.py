@@ -200,6 +200,7 @@ def statistics_name_no_effect(tree: ast.AST, path: Path, package: Path) -> Itera
         "__main__",
         "base",
         "declare",
+        "placed",
     }
     for number, text in enumerate(path.read_text("utf-8").splitlines(), start=1):
         letters = re.sub(r"[-_]", "", text).lower()

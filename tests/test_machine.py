@@ -300,5 +300,5 @@ def test_a_fit_finds_what_a_machine_was_made_with(name, tmp_path):
     fit = rigid.load(written(name, tmp_path)).fit(quiet=True)
     assert all(check.ok for check in fit.checks), fit.checks
     for label, value in truth.items():
-        drawn = fit.done.values[label]
+        drawn = fit.calibrated.values[label]
         assert abs(value - drawn.mean()) < 4.0 * drawn.std(), label

@@ -103,11 +103,11 @@ def _fits(
     def led(w: np.ndarray, own: list[float]) -> LocalFit:
         w = widened(w, len(base.layout.problem.sensors), own)
         (start,) = expand(program, [Point(extended, base.layout, w, before.z_noise)])
-        return refined(start, chord)
+        return refined(start, chord) if start.finite else start
 
     ends = [led(w, more) for w in (before.w, *nearer_priors(before))]
     after = max(ends, key=_height)
-    if below(after, before):
+    if not after.finite or below(after, before):
         absent = led(before.w, _beginning(found, number, extended, absent=True))
         after = max(after, absent, key=_height)
     return before, after
@@ -115,7 +115,7 @@ def _fits(
 
 def _height(local: LocalFit) -> float:
     """Log-posterior of a fit, least where it is no number."""
-    return local.value if np.isfinite(local.value) else -np.inf
+    return local.value if local.finite else -np.inf
 
 
 def _beginning(

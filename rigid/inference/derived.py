@@ -1,6 +1,7 @@
 """What draws of z say: parameters in SI, friction, sensors, predictions beside data."""
 
 import dataclasses
+from collections.abc import Sequence
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -90,7 +91,10 @@ def sensor_draws(laws: dict[str, np.ndarray], rng: np.random.Generator) -> dict[
 
 
 def channels(found: Found, z: np.ndarray, seed: int) -> list[ChannelDraws]:
-    """Compare every channel with predictions from draws z (n, size); the first is the best fit."""
+    """Compare every channel with predictions from draws z (n, size); the first is the best fit.
+
+    Draws of a prior at which a machine flies apart are left out; others take their places.
+    """
     problem, rng = found.problem, np.random.default_rng(seed)
     _, laws = evaluations(problem, z)
     drawn = sensor_draws(laws, rng)
@@ -98,17 +102,31 @@ def channels(found: Found, z: np.ndarray, seed: int) -> list[ChannelDraws]:
         drawn[label][:, 0] = law[:2, 0]
     values = values_of(problem, z)
     parts = in_batches(predict, problem, z)
+    rows = _simulated(parts)
     out = []
     for piece in problem.pieces:
         for i, track in enumerate(piece.tracks):
             reading = np.concatenate(
                 [p[piece.group][piece.quantity][:, track, :n] for p, n in parts], axis=1
             ).T
-            gain, zero = drawn[piece.sensor(i)]
-            reading = reading * (1.0 + gain[:, None]) + zero[:, None]
-            sigma = values[f"noise[{piece.sensor(i)}]"]
+            gain, zero = drawn[piece.sensor(i)][:, rows]
+            reading = reading[rows] * (1.0 + gain[:, None]) + zero[:, None]
+            sigma = values[f"noise[{piece.sensor(i)}]"][rows]
             out.append(_channel(found, piece, i, reading, (sigma, rng)))
     return out
+
+
+def _simulated(parts: Sequence[tuple[list[dict[str, np.ndarray]], int]]) -> np.ndarray:
+    """Numbers (n,) of draws whose readings are all finite, from the first on, again and again.
+
+    - `parts`: readings by group and quantity (samples, tracks, draws) and how many draws count.
+    """
+    finite = np.concatenate([
+        np.all([np.isfinite(s[..., :n]).all(axis=(0, 1)) for g in p for s in g.values()], axis=0)
+        for p, n in parts
+    ])  # fmt: skip
+    good = np.flatnonzero(finite)
+    return np.resize(good, len(finite)) if len(good) else np.arange(len(finite))
 
 
 def _channel(found: Found, piece: Piece, i: int, reading: np.ndarray, noise: tuple) -> ChannelDraws:

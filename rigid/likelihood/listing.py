@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 
@@ -140,7 +141,7 @@ def _constants(spec: Spec, tracks: tuple[Track, ...]) -> Iterator[Parameter]:
         for place, name, symbol, unit, value in constants(spec.machine):
             prior = _described(declare.normal(value.value, value.sd), f"{spec.path} [machine]")
             label, places = (f"{name}[{place}]", (place,)) if place else (name, ())
-            yield Parameter(label, symbol, unit, prior, name=name, places=places)
+            yield Parameter(label, at(symbol, place), unit, prior, name=name, places=places)
         return
     known = dict(spec.rig.known)
     if not of_the_rig(tracks):
@@ -158,7 +159,7 @@ def of_effect(info: ParameterInfo, label: str, prior: AbstractPrior) -> Paramete
     places = tuple(word for word in (number, info.place) if word)
     return Parameter(
         label,
-        info.symbol,
+        at(info.symbol, info.place),
         info.unit,
         prior,
         name=info.name,
@@ -166,6 +167,12 @@ def of_effect(info: ParameterInfo, label: str, prior: AbstractPrior) -> Paramete
         number=number,
         cylinder=info.place,
     )
+
+
+def at(symbol: str, place: str) -> str:
+    """TeX of a number that belongs to a joint or a body; of no place, the symbol itself."""
+    words = re.sub(r"[^A-Za-z0-9]+", r"\\,", place)
+    return rf"{symbol}^{{\mathrm{{{words}}}}}" if place else symbol
 
 
 def _of_a_record(scope: str | None, tracks: tuple[Track, ...]) -> dict[str, str]:
@@ -257,7 +264,7 @@ def _starts(
     for one in starts(lay_out(spec.machine), tracks, series):
         label, prior = f"{one.name}[{one.run},{one.at}]", declare.normal(0.0, one.size)
         yield _stated(spec, Parameter(
-            label, one.symbol, one.unit, _described(prior), name=one.name,
+            label, at(one.symbol, one.at), one.unit, _described(prior), name=one.name,
             places=(one.run, one.at), record=one.run,
         ))  # fmt: skip
 

@@ -82,8 +82,7 @@ class Climb(NamedTuple):
     def after(self, tried: Sequence[Tried]) -> "Climb":
         """Where it goes on after steps."""
         lengths = [float(np.abs(one.step).max()) for one in tried]
-        values = [one.local.value for one in tried]
-        heights = [value if np.isfinite(value) else -np.inf for value in values]
+        heights = [one.local.value if one.local.finite else -np.inf for one in tried]
         top = int(np.argmax(heights))
         _, gain, one = tried[top]
         straight = self.here is self.best

@@ -49,6 +49,11 @@ class LocalFit:
         prior = 0.5 * (self.w @ self.w + self.z_noise @ self.z_noise)
         return float(self.terms.value.sum() - prior)
 
+    @property
+    def finite(self) -> bool:
+        """Whether its records could be simulated here, and how they change with w."""
+        return bool(np.isfinite(self.value) and np.isfinite(self.design).all())
+
     @cached_property
     def information(self) -> Float[np.ndarray, "size size"]:
         """Minus the Hessian of the log-posterior by w, prior included (size, size)."""

@@ -36,6 +36,7 @@ READY = (
     "Use posterior.nc: `rigid bands` makes ice loads of it; `rigid discover` looks for a missing "
     "effect."
 )
+OF_A_MACHINE = "Use posterior.nc; `rigid discover` looks for a missing effect."
 
 
 def front(
@@ -49,8 +50,9 @@ def front(
     failed = [check for check in checks if not check.ok]
     usable = not failed
     parameters = done.problem.parameters
+    what, ready = ("rig", READY) if done.problem.of_the_rig else ("machine", OF_A_MACHINE)
     return Front(
-        asked=f"What are the {parameters.size} uncertain numbers of this rig, given "
+        asked=f"What are the {parameters.size} uncertain numbers of this {what}, given "
         f"{len(done.records)} records?",
         state=GOOD if usable else BAD,
         ruling=wording.verdict(usable, checks),
@@ -58,7 +60,7 @@ def front(
         answers=tuple(answer(one, choices) for one in numbers[:MOST_ANSWERS]),
         cannot=(*nothing_learned(done), *unheard(curve), *unsettled(choices)),
         next=tuple(NEXT.get(one.name, f"See the check `{one.name}`.") for one in failed)
-        or (READY,),
+        or (ready,),
         figure="friction" if curve is not None else "corner",
     )
 
