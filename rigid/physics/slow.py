@@ -21,7 +21,7 @@ from rigid.physics.drive import STRIDE, Drives, Plan, plan
 from rigid.physics.rest import rest_under
 from rigid.physics.rig import Rig, Surroundings
 from rigid.physics.stage_switch import STEEP, Flow, bends, flow_at, mean_excess
-from rigid.physics.step_tables import FINER, PARTS, Tables, bulge, tables
+from rigid.physics.step_tables import FINER, PARTS, Tables, bulge, polynomial, tables
 from rigid.physics.stroke_range import Strokes, foreseen
 
 SMOOTH = (1.0, 5e-7, 100.0)
@@ -153,11 +153,11 @@ def _led(way: _Way, flat: Array, rates: Array, stroke: Array, length: int) -> tu
     - `length`: 0 for a fine step, 1 for a part of a sample, 2 for a sample, 3 for a long step.
     """
     place = way.place(stroke)
-    low, slope, bend = (t[length][:, :, None] for t in way.table[:3])
+    powers = way.table.powers[:, length, :, :, None]
     off = bulge(place)
     new, columns = flat, []
     for j in range(flat.shape[0]):
-        column = low[:, j] + place * (slope[:, j] + place * bend[:, j])
+        column = polynomial(powers[:, :, j], place)
         if length < 3:
             column = column + off * way.table.own[length][:, j]
         columns.append(column)

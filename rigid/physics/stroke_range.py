@@ -53,10 +53,10 @@ class Strokes(NamedTuple):
         linear = (stroke - self.low) / (self.high - self.low)
         return linear * (column + self.high) / (column + stroke)
 
-    def middle(self, column: Array) -> Array:
-        """Stroke (walkers,) whose place is one half."""
-        low, high = column + self.low, column + self.high
-        return 2.0 * low * high / (low + high) - column
+    def at(self, column: Array, place: float) -> Array:
+        """Stroke (walkers,) at a place."""
+        first, last = 1.0 / (column + self.low), 1.0 / (column + self.high)
+        return 1.0 / (first + place * (last - first)) - column
 
 
 def foreseen(rig: Rig, contact: Array, fractions: Array, drives: Drives) -> Strokes:
