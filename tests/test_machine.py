@@ -229,6 +229,9 @@ REFUSED = {
     "effects in two places": (
         ("[priors]", '[model]\neffects = ["joint-spring"]\n[priors]'), "each joint of a [machine]",
     ),
+    "a number that varies": (
+        ("[priors]", '[model]\nvary = { mu = "cylinder" }\n[priors]'), "only and vary are",
+    ),
     "a number that nothing has": (('["k_oil"]', '["k_oi"]'), "no effect here has a number 'k_oi'"),
     "ground as a body": (("[machine.bodies.ram]", "[machine.bodies.ground]"), "does not move"),
 }  # fmt: skip

@@ -305,6 +305,11 @@ class SpecBody(Value):
     def consistent(self) -> "SpecBody":
         """Refuse what cannot be one campaign, each mistake in a sentence."""
         says = [*_alike(self.records), *_unheld(self), *_unmeasured(self)]
+        if self.machine is not None and (self.model.only or self.model.vary):
+            says.append(
+                "model: only and vary are the rig's; a [machine] names effects at each joint, and "
+                "`shared` says which numbers are the same at all"
+            )
         if says := [*says, *run_faults(self.machine, self.records)]:
             raise ValueError("\n".join(dict.fromkeys(says)))
         return self

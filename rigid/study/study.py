@@ -311,7 +311,7 @@ class Study:
         if self.spec.machine is not None:
             raise InputError(
                 f"{self.spec.path}: `rigid {command}` does not take a [machine] yet; fit, "
-                "discover, check, validate and compare do"
+                "discover, check and validate do"
             )
 
     def _written(self, method: str, options: Options, find: Callable[[], Result]) -> Result:
