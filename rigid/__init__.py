@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rigid.io.errors import EnvironmentFaultError, InputError, RigidError
     from rigid.io.runtime import prepare
     from rigid.spec.record import RecordSpec as Record
-    from rigid.spec.values import RigSpec as Rig
+    from rigid.spec.rig import RigSpec as Rig
     from rigid.study.check import Checked
     from rigid.study.density import LogPosterior
     from rigid.study.discovery import Discovery
@@ -57,7 +57,7 @@ _HOMES = {
     "Plan": "study.plan:Plan",
     "Record": "spec.record:RecordSpec",
     "Replicates": "study.validation:Replicates",
-    "Rig": "spec.values:RigSpec",
+    "Rig": "spec.rig:RigSpec",
     "RigidError": "io.errors:RigidError",
     "Study": "study.study:Study",
     "Validation": "study.validation:Validation",

@@ -15,8 +15,8 @@ from rigid.likelihood.tracks import Series, Track
 from rigid.physics import full, staggered
 from rigid.physics.drive import Drive, side_by_side
 from rigid.physics.rig import Rig, build_rig
+from rigid.spec.rig import RigSpec
 from rigid.spec.sheets import SHEETS as DEFAULTS
-from rigid.spec.values import RigSpec
 
 BASE = ("load-cell-spring", "oil-compressibility", "viscous-friction", "pump-curve")
 MEMORY = (*BASE, "frequency-dependent-friction")

@@ -4,8 +4,9 @@ from rigid.spec.base import Known
 from rigid.spec.published import Printed, PublishedSpec
 from rigid.spec.read import find_spec, load_spec, parse_spec
 from rigid.spec.record import ChannelSpec, DefectName, RecordSpec, Stretch
+from rigid.spec.rig import RigSpec
 from rigid.spec.sheets import SensorSpec
-from rigid.spec.values import BandsSpec, ModelSpec, PriorSpec, RigSpec, SamplerSpec, Spec
+from rigid.spec.values import BandsSpec, ModelSpec, PriorSpec, SamplerSpec, Spec
 
 __all__ = [
     "BandsSpec",

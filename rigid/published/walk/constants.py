@@ -7,7 +7,7 @@ from jax import Array
 
 from rigid.physics.characteristic import TwoMassRig, frame_stiffness
 from rigid.published.walk.numbers import Numbers
-from rigid.spec.values import COLUMN_SHARE, FRAME_SHARE, MASS_SHARE, OIL_SHARE
+from rigid.spec.rig import COLUMN_SHARE, FRAME_SHARE, MASS_SHARE, OIL_SHARE
 
 Constants = Mapping[str, float]
 Values = Mapping[str, Array | float]
