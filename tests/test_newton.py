@@ -6,8 +6,8 @@ import pytest
 from rigs import frame_problem, release_problem
 
 from rigid.inference.newton import descend, is_noise, joined, local, split
-from rigid.inference.normal_coordinates import normal_chart
 from rigid.inference.proposal import MixtureProposal, Mode, ModeWeights
+from rigid.inference.ridge import ridge_chart
 from rigid.inference.search import AGREE, best_of_few, search
 from rigid.inference.search_cache import Searched, once
 from rigid.io.cache import Shelf
@@ -148,7 +148,7 @@ def test_joined_and_split_are_inverse(release):
 
 def test_a_search_on_disk_is_read_back_whole_and_by_its_own_run_alone(release, tmp_path):
     found = search(release, 3, 5)
-    chart = normal_chart(found)
+    chart = ridge_chart(found)
     weights = ModeWeights(
         np.ones(len(found.optima)), np.zeros(len(found.optima)), -3.5, 0.4, 0.3, 2
     )

@@ -23,11 +23,11 @@ from rigid.inference.derived import (
     values_of,
 )
 from rigid.inference.friction_curve import FREQUENCIES, Friction
-from rigid.inference.normal_coordinates import normal_chart
 from rigid.inference.pointwise import Blocks, blocks
 from rigid.inference.posterior import stack
 from rigid.inference.proposal import MixtureProposal, ModeWeights, mode_weights
 from rigid.inference.reference_check import SolverCheck, against_reference
+from rigid.inference.ridge import ridge_chart
 from rigid.inference.sample import Draws, Settings, Status, sample
 from rigid.inference.search import Found, compile_programs, search_from
 from rigid.inference.search_cache import Searched, once
@@ -178,7 +178,7 @@ def trusted(found: Found, seed: int, remade: Callable[[], None] = lambda: None) 
     """Fit a law to the posterior around the modes of a search.
 
     Where the laws around the best fits do not cover it they are made anew from differences, which
-    `remade` is told. The law is in normal coordinates at the best fit.
+    `remade` is told. The law is in coordinates along the ridge of the posterior.
     """
     first = propose(found, np.random.default_rng([seed, 1]))
     if first.weights.pareto_k < UNRELIABLE:
@@ -191,9 +191,9 @@ def trusted(found: Found, seed: int, remade: Callable[[], None] = lambda: None) 
 def propose(found: Found, rng: np.random.Generator, chart: Chart | None = None) -> Searched:
     """Fit a mixture of laws to the posterior around the modes.
 
-    - `chart`: its coordinates; left out: the normal ones at the best fit.
+    - `chart`: its coordinates; left out: those along the ridge through the best fit.
     """
-    chart = normal_chart(found) if chart is None else chart
+    chart = ridge_chart(found) if chart is None else chart
     density = chart.density(lambda z: log_density(found.problem, z))
     modes = tuple(chart.mode(o) for o in found.optima)
     first = MixtureProposal(modes, np.ones(len(modes)), FIRST_DOF)

@@ -13,7 +13,8 @@ The map keeps volumes: d(log sum)/d(log part i) is the part's share w_i, so that
 import dataclasses
 import hashlib
 from collections.abc import Iterator
-from functools import cached_property
+from functools import cached_property, lru_cache
+from itertools import combinations_with_replacement
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,74 +46,114 @@ class Sum:
     def straight(self, z: Floats) -> None:
         """Put sum and ratios in the place of the parts of z (..., size), on the parts' scales."""
         logs = self.centre + self.width * z[..., self.places]
-        total = np.logaddexp.reduce(logs, axis=-1, keepdims=True)
-        ratios = logs[..., 1:] - logs[..., :1]
-        z[..., self.places] = np.concatenate([total, ratios], axis=-1) / self.width
+        total, ratios = logs[..., -1], []
+        for part in np.moveaxis(logs, -1, 0)[-2::-1]:
+            ratios.append(total - part)
+            total = np.logaddexp(part, total)
+        z[..., self.places] = np.stack([total, *ratios[::-1]], axis=-1) / self.width
 
     def parts(self, u: Floats) -> None:
         """Put the parts in the place of sum and ratios in u (..., size); undoes `straight`."""
-        total, ratios = np.split(u[..., self.places] * self.width, [1], axis=-1)
-        logs = np.concatenate([np.zeros_like(total), ratios], axis=-1)
-        logs = logs + total - np.logaddexp.reduce(logs, axis=-1, keepdims=True)
-        u[..., self.places] = (logs - self.centre) / self.width
+        total, *ratios = np.moveaxis(u[..., self.places] * self.width, -1, 0)
+        logs = []
+        for ratio in ratios:
+            logs.append(total - np.logaddexp(0.0, ratio))
+            total = logs[-1] + ratio
+        u[..., self.places] = (np.stack([*logs, total], axis=-1) - self.centre) / self.width
 
     def slopes(self, z: Floats) -> Floats:
         """Return d(sum, ratios)/d(parts) at z (size,), (parts, parts)."""
         logs = self.centre + self.width * z[self.places]
-        by_logs = np.eye(len(logs))
-        by_logs[1:, 0] = -1.0
-        by_logs[0] = np.exp(logs - np.logaddexp.reduce(logs))
+        by_logs = np.zeros((len(logs), len(logs)))
+        shares = by_logs[-1]
+        shares[-1] = 1.0
+        total = logs[-1]
+        for i in range(len(logs) - 2, -1, -1):
+            by_logs[i + 1] = shares
+            by_logs[i + 1, i] = -1.0
+            more = np.logaddexp(logs[i], total)
+            shares = shares * np.exp(total - more)
+            shares[i] = np.exp(logs[i] - more)
+            total = more
+        by_logs[0] = shares
         return by_logs * self.width / self.width[:, None]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Bend:
-    """A map that straightens what bends as a quadratic form; see `normal_coordinates`.
+    """A map that straightens what bends as a polynomial; see `ridge`.
 
-    - `centre` (size,); `factor` (size, size): its columns are the units q, the widest first.
-    - `symbols` (size, size, size): C_ijk, zero unless both i and j are below k.
+    - `centre` (size,); `factor` (size, size): its columns are the units q.
+    - `coefficients` (terms, narrow): times the `bend_terms` of the first `wide` entries of q they
+      are what is taken from those after them.
     """
 
     centre: Floats
     factor: Floats
-    symbols: Floats
+    wide: int
+    coefficients: Floats
 
     def straight(self, u: Floats) -> Floats:
         """Return v for u, (..., size)."""
         q = self._units(u)
-        for k in self._bent[::-1]:  # the narrowest first: it follows from the wider as they were
-            q[..., k] += self._shift(q[..., :k], k)
+        q[..., self._bent] -= self._shift(q)
         return self.centre + q @ self.factor.T
 
     def bent(self, v: Floats) -> Floats:
         """Undo `straight`."""
         q = self._units(v)
-        for k in self._bent:
-            q[..., k] -= self._shift(q[..., :k], k)
+        q[..., self._bent] += self._shift(q)
         return self.centre + q @ self.factor.T
 
     def slopes(self, u: Floats) -> Floats:
         """Return dv/du at u (size,), (size, size)."""
-        q = self._units(u)
+        q = self._units(u)[: self.wide]
         within = np.clip(q, -REACH, REACH)
-        bends = np.einsum("i,ijk->kj", within, self.symbols) * (within == q)
-        return self.factor @ (np.eye(len(q)) + bends) @ self._inverse
+        by_wide = bend_slopes(within)
+        bends = np.eye(len(u))
+        bends[self._bent, : self.wide] -= (by_wide @ self.coefficients).T * (within == q)
+        return self.factor @ bends @ self._inverse
 
     def _units(self, u: Floats) -> Floats:
         return (u - self.centre) @ self._inverse.T
 
-    def _shift(self, wider: Floats, k: int) -> Floats:
-        """How far direction k is bent where the wider ones are at q (..., k)."""
-        q = np.clip(wider, -REACH, REACH)
-        return np.asarray(0.5 * np.sum((q @ self.symbols[:k, :k, k]) * q, axis=-1))
+    def _shift(self, q: Floats) -> Floats:
+        """How far the bent entries are from a straight sheet, (..., narrow)."""
+        within = np.clip(q[..., : self.wide], -REACH, REACH)
+        return bend_terms(within) @ self.coefficients
+
+    @property
+    def _bent(self) -> slice:
+        return slice(self.wide, self.wide + self.coefficients.shape[1])
 
     @cached_property
     def _inverse(self) -> Floats:
         return np.asarray(np.linalg.inv(self.factor), dtype=np.float64)
 
-    @cached_property
-    def _bent(self) -> list[int]:
-        return np.flatnonzero(np.any(self.symbols, axis=(0, 1))).tolist()
+
+@lru_cache
+def _factors(n: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Which of n entries are multiplied, by twos and by threes, (terms, 2) and (terms, 3)."""
+    twos, threes = (np.array([*combinations_with_replacement(range(n), k)]) for k in (2, 3))
+    return twos, threes
+
+
+def bend_terms(w: Floats) -> Floats:
+    """Return the products of two and of three entries of w, (..., n) -> (..., terms)."""
+    parts = [np.prod(w[..., factors], axis=-1) for factors in _factors(w.shape[-1])]
+    return np.concatenate(parts, axis=-1)
+
+
+def bend_slopes(w: Floats) -> Floats:
+    """Return the slopes of `bend_terms` by w, (..., n) -> (..., n, terms)."""
+    n, parts = w.shape[-1], []
+    for factors in _factors(n):
+        slopes = np.zeros((*w.shape[:-1], n, len(factors)))
+        for i in range(factors.shape[1]):
+            others = np.prod(w[..., np.delete(factors, i, axis=1)], axis=-1)
+            slopes += others[..., None, :] * (factors[:, i] == np.arange(n)[:, None])
+        parts.append(slopes)
+    return np.concatenate(parts, axis=-1)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -131,8 +172,8 @@ class Chart:
     def mark(self) -> str:
         """What tells these coordinates from others."""
         found = hashlib.sha256(repr([one.places.tolist() for one in self.sums]).encode())
-        for array in dataclasses.astuple(self.bend) if self.bend else ():
-            found.update(array.tobytes())
+        for value in dataclasses.astuple(self.bend) if self.bend else ():
+            found.update(np.asarray(value).tobytes())
         return found.hexdigest()
 
     @property

@@ -1,11 +1,10 @@
-"""How much of a proposal's draws counts, without normal coordinates and with them.
+"""Share of a proposal's draws that counts, in coordinates along the posterior's ridge and without.
 
     python tests/studies/coordinates.py --campaigns 0 1 2 5 7 8 9 10
 
 Campaigns are those that `rigid validate` draws of the priors of fits/calibration.toml. Each is
 fitted as a replicate is; then a law is fitted to the posterior in the coordinates with sums alone
-and in normal coordinates, with symbols along directions down to two widths. Resumable; OUT.jsonl,
-OUT.md.
+and in those along the ridge. Resumable; OUT.jsonl, OUT.md.
 """
 
 import argparse
@@ -19,7 +18,6 @@ from rows import carry_out, lines_of
 
 ROOT = Path(__file__).parents[2]
 SEED, PRIOR_STARTS, FARTHEST = 9001, 2, 3.0
-NARROW = 0.003
 
 
 class Case(NamedTuple):
@@ -29,10 +27,10 @@ class Case(NamedTuple):
 
 
 def one_campaign(case: Case) -> dict:
-    """Share of draws that count and Pareto shape, by coordinates; how far the sheet is bent."""
-    from rigid.inference import normal_coordinates
+    """Share of draws that count and Pareto shape, by coordinates; the polynomial of the ridge."""
     from rigid.inference.calibrate import propose
     from rigid.inference.coordinates import chart_of
+    from rigid.inference.ridge import ridge_chart
     from rigid.inference.search import search_from
     from rigid.spec import load_spec
     from rigid.validation.campaign import draw, read_base
@@ -45,35 +43,21 @@ def one_campaign(case: Case) -> dict:
     found = search_from(
         made.problem, np.concatenate([near[None], rng.standard_normal((PRIOR_STARTS, len(near)))])
     )
-    wide = normal_coordinates.WIDE
-    charts = {"sums": chart_of(found.problem), "normal": normal_coordinates.normal_chart(found)}
-    normal_coordinates.WIDE = NARROW
-    charts["narrow"] = normal_coordinates.normal_chart(found)
-    normal_coordinates.WIDE = wide
+    ridge = ridge_chart(found)
     row: dict = {"case": case._asdict()}
-    for name, chart in charts.items():
+    for name, chart in (("sums", chart_of(found.problem)), ("ridge", ridge)):
         weights = propose(found, np.random.default_rng(3), chart).weights
         row[name] = round(weights.kish, 5), round(weights.pareto_k, 3)
-    bend = charts["normal"].bend
-    assert bend is not None
-    row["bend"] = round(
-        float(0.5 * np.linalg.norm(np.einsum("iik->ik", bend.symbols), axis=1).max()), 2
-    )
+    row["wide"] = ridge.bend.wide if ridge.bend else 0
     return row
 
 
 def page(rows: list[dict]) -> str:
     """A row for each campaign."""
-    out = [
-        f"| campaign | bend [sds] | sums alone | normal coordinates | down to {NARROW:g} |",
-        "|---|---|---|---|---|",
-    ]
+    out = ["| campaign | wide directions | sums alone | along the ridge |", "|---|---|---|---|"]
     for row in sorted(rows, key=lambda r: r["case"]["number"]):
-        told = (
-            f"{share:.2g}, {shape:.2f}"
-            for share, shape in (row["sums"], row["normal"], row["narrow"])
-        )
-        out.append(f"| {row['case']['number']} | {row['bend']:.1f} | {' | '.join(told)} |")
+        told = (f"{share:.2g}, {shape:.2f}" for share, shape in (row["sums"], row["ridge"]))
+        out.append(f"| {row['case']['number']} | {row['wide']} | {' | '.join(told)} |")
     return "\n".join(out)
 
 
@@ -86,20 +70,18 @@ def main() -> int:
 
     prepare()
     path = args.out.with_suffix(".jsonl")
-    carry_out(path, [Case(n) for n in args.campaigns], one_campaign, lambda row: row["normal"])
+    carry_out(path, [Case(n) for n in args.campaigns], one_campaign, lambda row: row["ridge"])
     rows = lines_of([path])
     code = ", ".join(sorted({row["commit"] for row in rows}))
     today = datetime.datetime.now(datetime.UTC).date().isoformat()
-    text = f"""# Normal coordinates
+    text = f"""# Coordinates along the ridge
 
 `python {" ".join(sys.argv)}`, code of {code}, {today}
 (simulated, seed {SEED}).
 
-Campaigns that `rigid validate` draws from the priors of `fits/calibration.toml`. "bend": by how
-many of its standard deviations a narrow direction leaves the tangent within one of a wide one, at
-most. Then the share of effective draws of the fitted proposal and the Pareto shape of its weights,
-from 2,048 draws: with sums and ratios alone; in [normal coordinates](../inference.md); and with
-symbols along narrower directions as well.
+Campaigns that `rigid validate` draws from the priors of `fits/calibration.toml`. The share of
+effective draws of the fitted proposal and the Pareto shape of its weights, from 2,048 draws: with
+sums and ratios alone, and in [coordinates along the ridge](../inference.md).
 
 {page(rows)}
 """

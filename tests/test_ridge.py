@@ -1,4 +1,4 @@
-"""Normal coordinates: bent sheets become straight, volumes stay, and nothing else changes."""
+"""Coordinates along a ridge: bent sheets become straight, volumes stay, nothing else changes."""
 
 import dataclasses
 
@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from rigs import release_problem
 
+from rigid.inference import ridge
 from rigid.inference.adaptation import drawn
-from rigid.inference.coordinates import Chart
-from rigid.inference.newton import expanded, is_noise, joined, local
-from rigid.inference.normal_coordinates import bend_of, normal_chart
+from rigid.inference.coordinates import Bend, Chart
+from rigid.inference.newton import Expansion, expanded, is_noise, joined, local
 from rigid.inference.proposal import MixtureProposal
+from rigid.inference.ridge import bend_of
 from rigid.inference.search import Optimum, search
 
 NAMES = ("stiffness", "mass", "frame", "noise")
@@ -34,20 +35,30 @@ def density(z: np.ndarray) -> np.ndarray:
     return -0.5 * np.sum(off**2, axis=-1) - 0.5 * np.sum(z**2, axis=-1)
 
 
-def information(z: np.ndarray) -> np.ndarray:
+def expansion(z: np.ndarray, others: np.ndarray) -> Expansion:
+    """That of `density`, with nothing that is integrated out."""
+    assert not others.size
     step = 1e-6 * np.eye(4)
     slopes = (combinations(z + step) - combinations(z - step)) / 2e-6 / KNOWN
-    return slopes @ slopes.T + np.eye(4)
+    off = (combinations(z) - combinations(np.zeros(4))) / KNOWN
+    return Expansion(-density(z), slopes @ off + z, slopes @ slopes.T + np.eye(4))
 
 
 def optimum() -> Optimum:
     at = np.zeros(4)
-    return Optimum(at, np.zeros((0, 2)), np.linalg.inv(information(at)), 0.0, 1, 0.0)
+    covariance = np.linalg.inv(expansion(at, np.empty(0)).information)
+    return Optimum(at, np.zeros((0, 2)), covariance, 0.0, 1, 0.0)
+
+
+def bend() -> Bend:
+    found = bend_of(expansion, optimum(), NONE_HELD)
+    assert found is not None
+    return found
 
 
 @pytest.fixture(scope="module")
 def chart() -> Chart:
-    return Chart(NAMES, (), bend_of(information, optimum(), NONE_HELD))
+    return Chart(NAMES, (), bend())
 
 
 def covered(chart: Chart) -> float:
@@ -55,28 +66,32 @@ def covered(chart: Chart) -> float:
     return drawn(chart.density(density), law, np.random.default_rng(1), DRAWS).even
 
 
-def test_a_bent_sheet_is_covered_in_normal_coordinates(chart: Chart):
+def test_a_bent_sheet_is_covered_along_its_ridge(chart: Chart):
     """In z hardly a draw counts, though the law is exact at the optimum; seeds 2 and 3 as well."""
     assert covered(Chart(NAMES, ())) < 0.1
     assert covered(chart) > 0.9
 
 
-def test_symbols_of_one_side_alone_leave_the_sheet_bent(chart: Chart):
-    assert chart.bend is not None
-    wrong = dataclasses.replace(chart.bend, symbols=-chart.bend.symbols)
+def test_a_wrong_polynomial_leaves_the_sheet_bent(chart: Chart):
+    wrong = dataclasses.replace(bend(), coefficients=-bend().coefficients)
     assert covered(dataclasses.replace(chart, bend=wrong)) < 0.1
 
 
-def hardly_told(z: np.ndarray) -> np.ndarray:
-    """Information of a reading that grows twentyfold with one number, and moves with another."""
-    slopes = np.zeros((4, 1))
-    slopes[:2, 0] = 0.9 * np.exp(3.0 * z[0]) * np.array([1.0 + z[1], 1.0])
-    return slopes @ slopes.T + np.diag([1.0, 1.0, 1.0, 1e4])
+def hardly_told(z: np.ndarray, others: np.ndarray) -> Expansion:
+    """Of a reading that grows twentyfold with one number and moves with another, and noise of 1."""
+    grown = 0.3 * np.exp(3.0 * z[0])
+    off = grown * (1.0 + z[1]) - 0.3
+    slopes = np.array([3.0 * grown * (1.0 + z[1]), grown, 0.0, 0.0])[:, None]
+    own = np.diag([1.0, 1.0, 1.0, 1e4])
+    value = 0.5 * off**2 + 0.5 * z @ own @ z
+    assert not others.size
+    return Expansion(value, slopes[:, 0] * off + own @ z, slopes @ slopes.T + own)
 
 
 def test_directions_that_the_priors_tell_are_not_folded():
     """Folds took draws of the law to twenty prior sds here, and held chains where they began."""
-    best = dataclasses.replace(optimum(), covariance=np.linalg.inv(hardly_told(np.zeros(4))))
+    known = hardly_told(np.zeros(4), np.empty(0)).information
+    best = dataclasses.replace(optimum(), covariance=np.linalg.inv(known))
     chart = Chart(NAMES, (), bend_of(hardly_told, best, NONE_HELD))
     law = MixtureProposal((chart.mode(best),), np.ones(1), DOF)
     drawn_z = chart.standard(law.sample(np.random.default_rng(1), DRAWS))
@@ -100,22 +115,41 @@ def test_there_and_back_and_volumes(chart: Chart):
 
 
 def test_what_cannot_be_simulated_is_taken_for_straight():
-    def nowhere(z: np.ndarray) -> np.ndarray:
-        return np.full((4, 4), np.nan)
+    def nowhere(z: np.ndarray, others: np.ndarray) -> Expansion:
+        return Expansion(np.nan, np.full(4, np.nan), np.full((4, 4), np.nan))
 
-    z = np.random.default_rng(0).standard_normal((5, 4))
-    straight = Chart(NAMES, (), bend_of(nowhere, optimum(), NONE_HELD))
-    np.testing.assert_allclose(straight.straight(z), z, atol=1e-14)
+    assert bend_of(nowhere, optimum(), NONE_HELD) is None
 
 
-def test_coordinates_of_a_rig_have_their_optimum_and_its_law():
+def test_what_cannot_be_simulated_on_one_side_is_left_out():
+    def half(z: np.ndarray, others: np.ndarray) -> Expansion:
+        return expansion(z, others) if z[0] > -0.3 else expansion(np.full(4, np.nan), others)
+
+    found = bend_of(half, optimum(), NONE_HELD)
+    assert found is not None
+    assert covered(Chart(NAMES, (), found)) > 0.3
+
+
+def test_a_straight_posterior_stays_as_it_is():
+    known = np.diag([1.0, 2.0, 1e4, 1e6])
+    known[0, 2] = known[2, 0] = 30.0
+
+    def straight(z: np.ndarray, others: np.ndarray) -> Expansion:
+        return Expansion(0.5 * z @ known @ z, known @ z, known)
+
+    best = dataclasses.replace(optimum(), covariance=np.linalg.inv(known))
+    assert bend_of(straight, best, NONE_HELD) is None
+
+
+def test_coordinates_of_a_rig_have_their_optimum_and_its_law(monkeypatch):
+    monkeypatch.setattr(ridge, "STRAIGHT", 2.0)  # that of one release is straight enough as it is
     found = search(release_problem({"k_LC": 6e7, "mu": 2e4}, samples=64), 4, 1)
-    chart, best = normal_chart(found), found.optima[0]
+    chart, best = ridge.ridge_chart(found), found.optima[0]
+    assert chart.bend is not None
+    away = chart.bend.factor[:, 0] * 2.0
+    assert np.abs(chart.straight(best.z + away) - best.z - away).max() > 1e-6
     np.testing.assert_allclose(chart.straight(best.z), best.z, atol=1e-12)
     np.testing.assert_allclose(chart.straightened(best).covariance, best.covariance, rtol=1e-9)
-    bend = chart.bend
-    assert bend is not None
-    assert np.abs(bend.symbols).max() > 1e-3
 
 
 def test_an_expansion_is_that_of_the_samples():

@@ -1,0 +1,264 @@
+"""The ridge of a posterior: what is told well, as a function of what is hardly told.
+
+Records tell some combinations of the numbers a thousand times better than the priors tell each of
+them: the release k_LC over the masses that swing, the frame the sum of 1/k_LC and 1/k_frame. The
+posterior then is a thin sheet, and a bent one: within one standard deviation of k_frame it leaves
+its tangent by several of its thicknesses. No Gaussian law covers it, walkers do not find their way
+along it, and what they miss no R-hat shows (docs/studies/validation.md).
+
+But given the few directions w that are hardly told, the posterior of all others x is all but
+Gaussian, and some Newton steps lead to its top x*(w): the conditional mode, as of the nested
+Laplace approximation (Tierney and Kadane 1986; Rue, Martino and Chopin 2009). That of some dozen w,
+with the slopes dx*/dw that the information there tells, gives x* as a polynomial, and
+
+    v = (w, x - x*(w))
+
+are coordinates in which the posterior is straight. The map is triangular, so that volumes are kept:
+densities are the same in both. At the best fit x* and its slope are zero: it and the Gaussian law
+around it stay what they are.
+"""
+
+import dataclasses
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+from scipy.stats import norm, qmc
+
+from rigid.inference.coordinates import Bend, Chart, Floats, bend_slopes, bend_terms, chart_of
+from rigid.inference.newton import Expansion, expanded, is_noise, joined
+from rigid.inference.search import Found, Optimum
+from rigid.likelihood.problem import Problem
+
+WIDE = 0.02
+"""Posterior sd [prior sds] from which on a direction is taken to bend others."""
+SPREAD = 1.25
+"""Of the points w, in posterior sds: a polynomial is worth little beyond them."""
+FEWEST, MOST = 16, 64
+"""Points w in the first round, and at most; each round has twice as many as the one before."""
+COVERED = 0.9
+"""Overlap with the posterior from which on no further points are asked for."""
+STRAIGHT = 0.98
+"""Overlap with the posterior from which on it is taken for straight as it is."""
+STRENGTHS = tuple(10.0**k for k in range(-1, 5))
+"""How far one prior sd of a direction may bend others [their sds]: from hardly to freely. Each
+coefficient has a normal prior whose sd is this, times the width of every direction in its term."""
+FAR = 3.0
+"""Sds beyond which one miss counts like another."""
+STEPS = 8
+SETTLED = 1.0
+"""Nats that the last step to a conditional mode promises; what it leaves is of second order."""
+
+Local = Callable[[Floats, Floats], Expansion]
+"""(u (size,), gains and zeros (n,)) -> value, gradient (size + n,), information of both."""
+
+
+class Directions(NamedTuple):
+    """Directions of u in units of the Gaussian law around an optimum.
+
+    - `factor` (size, size): in its columns, the wide ones that are hardly told first, then those
+      that are told well, `narrow` of them, then what is held.
+    - `widths` (wide,): of those hardly told, in prior sds.
+    """
+
+    factor: Floats
+    widths: Floats
+    narrow: int
+
+    @property
+    def wide(self) -> int:
+        """How many are hardly told."""
+        return len(self.widths)
+
+
+class Mode(NamedTuple):
+    """Where the posterior is highest given w (wide,).
+
+    - `x` (n,): the narrow entries, then gains and zeros; `slopes` (n, wide): dx/dw.
+    - `value`: minus the log-posterior.
+    """
+
+    w: Floats
+    x: Floats
+    slopes: Floats
+    value: float
+
+
+def ridge_chart(found: Found) -> Chart:
+    """Return the coordinates along the ridge through the best optimum of a search."""
+    problem, best = found.problem, found.optima[0]
+    chart = chart_of(problem)
+    bend = bend_of(
+        partial(_expanded, problem, chart),
+        chart.straightened(best),
+        # `expanded` holds noise levels; they do not bend what the records say of the other numbers.
+        is_noise(problem),
+    )
+    return dataclasses.replace(chart, bend=bend)
+
+
+def bend_of(local: Local, there: Optimum, held: NDArray[np.bool_]) -> Bend | None:
+    """Return what straightens a posterior around an optimum; None where it is straight.
+
+    - `held` (size,): entries that stay as they are.
+    """
+    along = directions(there, held)
+    if not along.wide or not along.narrow:
+        return None
+    scrambled = qmc.Sobol(along.wide, seed=1).random(MOST)
+    points = SPREAD * np.asarray(norm.ppf(scrambled), dtype=np.float64)
+    about = partial(mode_at, local, there, along)
+    flat = np.zeros((MOST, along.narrow + there.standard.size))
+    origin = about(np.zeros(along.wide), flat[0])
+    if origin is None:
+        return None
+    modes, design, share, strengths = [], None, -1.0, np.zeros(0)
+    tried, count = 0, FEWEST
+    with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
+        while share < COVERED and tried < MOST:
+            w = points[tried:count]
+            near = design.foretold(w, strengths) if design else flat[tried:count]
+            modes += [mode for mode in pool.map(about, w, near) if mode is not None]
+            tried, count = count, 2 * count
+            if len(modes) < 2:
+                return None
+            design = Design.of(modes, origin, along)
+            if design.overlap(np.zeros(design.x.shape)) > STRAIGHT:
+                return None
+            share, strengths = design.chosen()
+    assert design is not None
+    coefficients = design.coefficients(strengths)[:, : along.narrow]
+    return Bend(there.z, along.factor, along.wide, coefficients)
+
+
+def directions(there: Optimum, held: NDArray[np.bool_]) -> Directions:
+    """Return the directions of the Gaussian law around an optimum, the widest first."""
+    free, fixed = np.flatnonzero(~held), np.flatnonzero(held)
+    variance, axes = np.linalg.eigh(there.covariance[np.ix_(free, free)])
+    width, axes = np.sqrt(variance[::-1]), axes[:, ::-1]
+    factor = np.zeros((len(held), len(held)))
+    factor[np.ix_(free, np.arange(len(free)))] = axes * width
+    own = np.sqrt(there.covariance[fixed, fixed])
+    factor[fixed, np.arange(len(free), len(held))] = own
+    wide = int(np.sum(width > WIDE))
+    return Directions(factor, width[:wide], len(free) - wide)
+
+
+def mode_at(
+    local: Local, there: Optimum, along: Directions, w: Floats, near: Floats
+) -> Mode | None:
+    """Return the conditional mode at w (wide,); None where Newton steps lead to none.
+
+    - `near` (narrow + gains and zeros,): x where they begin, from that of the optimum on.
+    """
+    size, wide = len(there.z), along.wide
+    last = wide + along.narrow
+    axes = block_diag(along.factor[:, wide:last], np.eye(there.standard.size))
+    value, x = np.inf, near
+    for _ in range(STEPS):
+        q = np.concatenate([w, x[: along.narrow], np.zeros(size - last)])
+        others = there.standard.ravel() + x[along.narrow :]
+        at = local(there.z + along.factor @ q, others)
+        if not np.isfinite(at.value) or at.value > value:
+            return None
+        known, slope = axes.T @ at.information @ axes, axes.T @ at.gradient
+        step = -np.linalg.solve(known, slope)
+        x, promise = x + step, -0.5 * float(slope @ step)
+        if promise < SETTLED:
+            across = np.asarray(at.information)[:, :size] @ along.factor[:, :wide]
+            slopes = -np.linalg.solve(known, axes.T @ across)
+            return Mode(w, x, slopes, float(at.value) - promise)
+        value = float(at.value) + SETTLED
+    return None
+
+
+class Design(NamedTuple):
+    """Modes as equations for the coefficients of polynomials.
+
+    - `terms` (modes, terms), `slopes` (modes, wide, terms): of the polynomial at each mode.
+    - `x` (modes, n), `by_w` (modes, wide, n): what they are to be there.
+    - `weight` (modes,): of each; `scale` (terms,): product of the widths in each term.
+    - `narrow`: how many of the n directions count; after them come gains and zeros.
+    """
+
+    terms: Floats
+    slopes: Floats
+    x: Floats
+    by_w: Floats
+    weight: Floats
+    scale: Floats
+    narrow: int
+
+    @classmethod
+    def of(cls, modes: list[Mode], origin: Mode, along: Directions) -> "Design":
+        """Gather modes; `origin` is that at the optimum."""
+        w = np.array([mode.w for mode in modes])
+        # What the posterior at w is to how often such w are tried.
+        logs = 0.5 * np.sum((w / SPREAD) ** 2, axis=1) - [m.value - origin.value for m in modes]
+        weight = np.exp(np.minimum(0.5 * (logs - np.median(logs)), 1.0))
+        x, by_w = np.array([m.x for m in modes]), np.array([m.slopes.T for m in modes])
+        scale = bend_terms(along.widths)
+        return cls(bend_terms(w), bend_slopes(w), x, by_w, weight, scale, along.narrow)
+
+    def coefficients(self, strengths: Floats) -> Floats:
+        """Coefficients (terms, n) where each direction has one of STRENGTHS."""
+        terms, n = len(self.scale), self.x.shape[1]
+        weight = self.weight[:, None, None]
+        rows = np.concatenate([self.terms[:, None], self.slopes], axis=1)
+        asked = np.concatenate([self.x[:, None], self.by_w], axis=1)
+        rows = rows * self.scale
+        known = np.einsum("mek,mel->kl", rows * weight, rows)
+        told = np.einsum("mek,men->kn", rows * weight, asked)
+        found = np.zeros((terms, n))
+        for strength in set(strengths.tolist()):
+            some = strengths == strength
+            prior = np.eye(terms) / strength**2
+            found[:, some] = np.linalg.solve(known + prior, told[:, some])
+        return found * self.scale[:, None]
+
+    def chosen(self) -> tuple[float, Floats]:
+        """The strengths (n,) with which one half foretells the other best, and its overlap."""
+        foretold = np.array([self._by_halves(strength) for strength in STRENGTHS])
+        loss = np.minimum((foretold - self.x) ** 2, FAR**2)
+        best = np.argmin(np.einsum("m,smn->sn", self.weight, loss), axis=0)
+        picked = np.take_along_axis(foretold, best[None, None], axis=0)[0]
+        return self.overlap(picked), np.array(STRENGTHS)[best]
+
+    def overlap(self, foretold: Floats) -> float:
+        """Overlap of the posterior with one whose modes are where they are foretold.
+
+        A mean over the modes: 1 where they hit, exp(-1/4) where they are one sd off.
+        """
+        off = np.sum((foretold - self.x)[:, : self.narrow] ** 2, axis=1)
+        return float(self.weight @ np.exp(-0.25 * off) / self.weight.sum())
+
+    def foretold(self, w: Floats, strengths: Floats) -> Floats:
+        """The x that all modes foretell at w, (points, wide) -> (points, n)."""
+        return bend_terms(w) @ self.coefficients(strengths)
+
+    def _by_halves(self, strength: float) -> Floats:
+        """What each half of the modes is foretold by the other (modes, n)."""
+        found = np.zeros(self.x.shape)
+        for fold in (0, 1):
+            arrays = (self.terms, self.slopes, self.x, self.by_w, self.weight)
+            half = Design(*(a[fold::2] for a in arrays), self.scale, self.narrow)
+            coefficients = half.coefficients(np.full(self.x.shape[1], strength))
+            found[1 - fold :: 2] = self.terms[1 - fold :: 2] @ coefficients
+        return found
+
+
+def _expanded(problem: Problem, chart: Chart, u: Floats, others: Floats) -> Expansion:
+    """Expand a problem around u and its gains and zeros; entries of noise levels are zero."""
+    noise, z = is_noise(problem), chart.standard(u)
+    free = np.flatnonzero(~noise)
+    found = expanded(problem, joined(problem, z, others.reshape(-1, 2)), z[noise])
+    back = np.linalg.inv(chart.slopes(z))[np.ix_(free, free)]
+    to = np.zeros((len(free) + len(others), len(z) + len(others)))
+    to[: len(free), free] = back
+    to[len(free) :, len(z) :] = np.eye(len(others))
+    return Expansion(found.value, to.T @ found.gradient, to.T @ found.information @ to)
