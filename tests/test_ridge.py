@@ -41,7 +41,7 @@ def expansion(z: np.ndarray, others: np.ndarray) -> Expansion:
     step = 1e-6 * np.eye(4)
     slopes = (combinations(z + step) - combinations(z - step)) / 2e-6 / KNOWN
     off = (combinations(z) - combinations(np.zeros(4))) / KNOWN
-    return Expansion(-density(z), slopes @ off + z, slopes @ slopes.T + np.eye(4))
+    return Expansion(float(-density(z)), slopes @ off + z, slopes @ slopes.T + np.eye(4))
 
 
 def optimum() -> Optimum:
@@ -135,7 +135,7 @@ def test_a_straight_posterior_stays_as_it_is():
     known[0, 2] = known[2, 0] = 30.0
 
     def straight(z: np.ndarray, others: np.ndarray) -> Expansion:
-        return Expansion(0.5 * z @ known @ z, known @ z, known)
+        return Expansion(float(0.5 * z @ known @ z), known @ z, known)
 
     best = dataclasses.replace(optimum(), covariance=np.linalg.inv(known))
     assert bend_of(straight, best, NONE_HELD) is None

@@ -110,7 +110,7 @@ def bend_of(local: Local, there: Optimum, held: NDArray[np.bool_]) -> Bend | Non
     along = directions(there, held)
     if not along.wide or not along.narrow:
         return None
-    scrambled = qmc.Sobol(along.wide, seed=1).random(MOST)
+    scrambled = qmc.Sobol(along.wide, rng=1).random(MOST)
     points = SPREAD * np.asarray(norm.ppf(scrambled), dtype=np.float64)
     about = partial(mode_at, local, there, along)
     flat = np.zeros((MOST, along.narrow + there.standard.size))
@@ -158,7 +158,7 @@ def mode_at(
     """
     size, wide = len(there.z), along.wide
     last = wide + along.narrow
-    axes = block_diag(along.factor[:, wide:last], np.eye(there.standard.size))
+    axes = np.asarray(block_diag(along.factor[:, wide:last], np.eye(there.standard.size)))
     value, x = np.inf, near
     for _ in range(STEPS):
         q = np.concatenate([w, x[: along.narrow], np.zeros(size - last)])
@@ -166,12 +166,13 @@ def mode_at(
         at = local(there.z + along.factor @ q, others)
         if not np.isfinite(at.value) or at.value > value:
             return None
-        known, slope = axes.T @ at.information @ axes, axes.T @ at.gradient
+        information, gradient = np.asarray(at.information), np.asarray(at.gradient)
+        known, slope = axes.T @ information @ axes, axes.T @ gradient
         step = -np.linalg.solve(known, slope)
         x, promise = x + step, -0.5 * float(slope @ step)
         if promise < SETTLED:
-            across = np.asarray(at.information)[:, :size] @ along.factor[:, :wide]
-            slopes = -np.linalg.solve(known, axes.T @ across)
+            across = information[:, :size] @ along.factor[:, :wide]
+            slopes = np.asarray(-np.linalg.solve(known, axes.T @ across), dtype=np.float64)
             return Mode(w, x, slopes, float(at.value) - promise)
         value = float(at.value) + SETTLED
     return None
@@ -245,8 +246,13 @@ class Design(NamedTuple):
         """What each half of the modes is foretold by the other (modes, n)."""
         found = np.zeros(self.x.shape)
         for fold in (0, 1):
-            arrays = (self.terms, self.slopes, self.x, self.by_w, self.weight)
-            half = Design(*(a[fold::2] for a in arrays), self.scale, self.narrow)
+            half = self._replace(
+                terms=self.terms[fold::2],
+                slopes=self.slopes[fold::2],
+                x=self.x[fold::2],
+                by_w=self.by_w[fold::2],
+                weight=self.weight[fold::2],
+            )
             coefficients = half.coefficients(np.full(self.x.shape[1], strength))
             found[1 - fold :: 2] = self.terms[1 - fold :: 2] @ coefficients
         return found
