@@ -142,3 +142,31 @@ def test_nothing_is_changed_where_there_is_no_sum():
     optimum = Optimum(np.zeros(1), np.zeros((1, 2)), np.eye(1), 0.0, 1, 0.0)
     assert nothing.straightened(optimum) is optimum
     assert isinstance(nothing.mode(optimum), Mode)
+
+
+def test_a_sum_within_a_sum_is_straight_as_well():
+    """A release tells what the branches add up to, steady running all of the friction."""
+    within = PLACES[1:]
+
+    def told(z: np.ndarray) -> np.ndarray:
+        parts = np.exp(CENTRE[1:] + WIDTH[1:] * z[..., within]).sum(axis=-1)
+        return np.log(np.stack([sum_of(z), parts], axis=-1))
+
+    def known(z: np.ndarray) -> np.ndarray:
+        off = (told(z) - told(BEST)) / KNOWN
+        return -0.5 * np.sum(off**2, axis=-1) - 0.5 * (z**2).sum(axis=-1)
+
+    step = 1e-6 * np.eye(SIZE)
+    slopes = (told(BEST + step) - told(BEST - step)) / 2e-6 / KNOWN
+    precision = np.eye(SIZE) + slopes @ slopes.T
+    best = Optimum(BEST, np.zeros((1, 2)), np.linalg.inv(precision), 0.0, 1, 0.0)
+
+    def share(chart: Chart) -> float:
+        law = MixtureProposal((chart.mode(best),), np.ones(1), DOF)
+        return drawn(chart.density(known), law, np.random.default_rng(4), DRAWS).even
+
+    side_by_side = Chart(
+        CHART.names, (Sum(np.roll(PLACES, -1), np.roll(CENTRE, -1), np.roll(WIDTH, -1)),)
+    )
+    assert share(CHART) > 0.2
+    assert share(side_by_side) < 0.05
