@@ -2,12 +2,14 @@
 
 Where a friction has memory, steady running tells its sum mu(0) = mu_inf + sum mu_i to a thousandth
 and the parts to a tenth: on the parameters' own scales z the posterior lies along a thin bent
-sheet, which no Gaussian law covers and along which walkers creep. In the logarithms of the sum and
-of the parts' ratios it is all but flat. Search, tables and priors stay with z; what is drawn around
-the best fits, and the walkers, are in u.
+sheet, which no Gaussian law covers and along which walkers creep. A release tells mu_inf, and so
+what the other parts add up to. So u has log mu(0), then the logarithms of what follows a part over
+that part: of (mu_1 + mu_2) / mu_inf, of mu_2 / mu_1. In these the sheet is all but flat. Search,
+tables and priors stay with z; what is drawn around the best fits, and the walkers, are in u.
 
-The map keeps volumes: d(log sum)/d(log part i) is the part's share w_i, so that the determinant of
-(log sum, log ratios) by the logarithms is sum w_i = 1. Densities are the same in z and u.
+The map keeps volumes: of a sum of two parts, d(log sum)/d(log part i) is the part's share w_i, so
+that the determinant of (log sum, log ratio) by the logarithms is w_1 + w_2 = 1; a sum of more is
+one of two, within one of two. Densities are the same in z and u.
 """
 
 import dataclasses
@@ -28,15 +30,16 @@ from rigid.likelihood.problem import Problem
 Floats = NDArray[np.float64]
 
 REACH = 3.0
-"""Posterior sds within which a quadratic form is trusted; beyond them it stays as it is there."""
+"""Posterior sds within which a polynomial is trusted; beyond them it stays as it is there."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Sum:
     """Parts of a sum among the entries of z, each with a lognormal law.
 
-    - `places` (parts,): where they are; at the first of them u has the sum, at the others their
-      ratios to the first part. - `centre`, `width` (parts,): log of a part is centre + width z.
+    - `places` (parts,): where they are; at the first of them u has the sum, at each other the ratio
+      of it and all parts after it to the part before. - `centre`, `width` (parts,): log of a part
+      is centre + width z.
     """
 
     places: NDArray[np.intp]
@@ -247,8 +250,9 @@ def chart_of(problem: Problem) -> Chart:
             )
         )
         names[places[0]] = total
-        for place, part in zip(places[1:], parts[1:], strict=True):
-            names[place] = f"{part.label}/{parts[0].label}"
+        for i, place in enumerate(places[1:].tolist(), start=1):
+            rest = " + ".join(part.label for part in parts[i:])
+            names[place] = f"{f'({rest})' if '+' in rest else rest}/{parts[i - 1].label}"
     return Chart(tuple(names), tuple(sums))
 
 

@@ -27,7 +27,7 @@ class Case(NamedTuple):
 
 
 def one_campaign(case: Case) -> dict:
-    """Share of draws that count and Pareto shape, by coordinates; the polynomial of the ridge."""
+    """Share of draws that count and Pareto shape, by coordinates; how many directions are wide."""
     from rigid.inference.calibrate import propose
     from rigid.inference.coordinates import chart_of
     from rigid.inference.ridge import ridge_chart
