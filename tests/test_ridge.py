@@ -12,11 +12,11 @@ from rigid.inference.adaptation import drawn
 from rigid.inference.coordinates import Bend, Chart
 from rigid.inference.newton import Expansion, expanded, is_noise, joined, local
 from rigid.inference.proposal import MixtureProposal
-from rigid.inference.ridge import bend_of
+from rigid.inference.ridge import Cloud, Local, Mode, bend_of
 from rigid.inference.search import Optimum, search
 
 NAMES = ("stiffness", "mass", "frame", "noise")
-NONE_HELD = np.zeros(4, dtype=bool)
+NONE_HELD, WIDE = np.zeros(4, dtype=bool), 0.1
 DRAWS, DOF = 4096, 16.0
 KNOWN = np.array([2e-4, 4e-4])
 """Errors with which two combinations are measured, in logarithms."""
@@ -51,14 +51,19 @@ def optimum() -> Optimum:
 
 
 def bend() -> Bend:
-    found = bend_of(expansion, optimum(), NONE_HELD)
+    found = bend_of(expansion, optimum(), NONE_HELD, WIDE)
     assert found is not None
     return found
 
 
+def straightened(local: Local, best: Optimum) -> Chart:
+    found = bend_of(local, best, NONE_HELD, WIDE)
+    return Chart(NAMES, (), (found,) if found else ())
+
+
 @pytest.fixture(scope="module")
 def chart() -> Chart:
-    return Chart(NAMES, (), bend())
+    return Chart(NAMES, (), (bend(),))
 
 
 def covered(chart: Chart) -> float:
@@ -74,7 +79,7 @@ def test_a_bent_sheet_is_covered_along_its_ridge(chart: Chart):
 
 def test_a_wrong_polynomial_leaves_the_sheet_bent(chart: Chart):
     wrong = dataclasses.replace(bend(), coefficients=-bend().coefficients)
-    assert covered(dataclasses.replace(chart, bend=wrong)) < 0.1
+    assert covered(dataclasses.replace(chart, bends=(wrong,))) < 0.1
 
 
 def hardly_told(z: np.ndarray, others: np.ndarray) -> Expansion:
@@ -92,7 +97,7 @@ def test_directions_that_the_priors_tell_are_not_folded():
     """Folds took draws of the law to twenty prior sds here, and held chains where they began."""
     known = hardly_told(np.zeros(4), np.empty(0)).information
     best = dataclasses.replace(optimum(), covariance=np.linalg.inv(known))
-    chart = Chart(NAMES, (), bend_of(hardly_told, best, NONE_HELD))
+    chart = straightened(hardly_told, best)
     law = MixtureProposal((chart.mode(best),), np.ones(1), DOF)
     drawn_z = chart.standard(law.sample(np.random.default_rng(1), DRAWS))
     assert np.abs(drawn_z).max() < 7.0
@@ -114,20 +119,46 @@ def test_there_and_back_and_volumes(chart: Chart):
         assert abs(np.linalg.det(slopes)) == pytest.approx(1.0, abs=1e-4)
 
 
+def test_points_go_where_the_posterior_is():
+    """Modes at points of a unit cloud tell centre and sds of a law that is elsewhere and wider."""
+    centre, sds = np.array([1.0, 0.0]), np.array([1.5, 1.0])
+    cloud = Cloud(np.zeros(2), np.ones(2))
+    w = cloud.points(np.random.default_rng(4).standard_normal((2048, 2)))
+    value = 0.5 * np.sum(((w - centre) / sds) ** 2, axis=1)
+    modes = [Mode(at, np.zeros(1), np.zeros((1, 2)), v) for at, v in zip(w, value, strict=True)]
+    moved = cloud.moved(modes, cloud.log_density(w))
+    np.testing.assert_allclose(moved.centre, centre, atol=0.15)
+    np.testing.assert_allclose(moved.sds, sds, atol=0.15)
+    few = cloud.moved(modes[:1], cloud.log_density(w[:1]))
+    assert np.all(np.abs(few.centre) <= np.abs(w[0]) / 3.0 + 1e-12)
+
+
+def test_maps_follow_one_another(chart: Chart):
+    """What is narrow in one map may bend what is narrower in the next; volumes stay."""
+    twice = dataclasses.replace(chart, bends=(*chart.bends, *chart.bends))
+    z = np.random.default_rng(0).standard_normal((5, 4))
+    np.testing.assert_allclose(twice.standard(twice.straight(z)), z, atol=1e-11)
+    for at in 0.5 * z:
+        first = chart.slopes(at)
+        second = chart.bends[0].slopes(chart.straight(at))
+        np.testing.assert_allclose(twice.slopes(at), second @ first, atol=1e-9)
+        assert abs(np.linalg.det(twice.slopes(at))) == pytest.approx(1.0, abs=1e-6)
+
+
 def test_what_cannot_be_simulated_is_taken_for_straight():
     def nowhere(z: np.ndarray, others: np.ndarray) -> Expansion:
         return Expansion(np.nan, np.full(4, np.nan), np.full((4, 4), np.nan))
 
-    assert bend_of(nowhere, optimum(), NONE_HELD) is None
+    assert bend_of(nowhere, optimum(), NONE_HELD, WIDE) is None
 
 
 def test_what_cannot_be_simulated_on_one_side_is_left_out():
     def half(z: np.ndarray, others: np.ndarray) -> Expansion:
         return expansion(z, others) if z[0] > -0.3 else expansion(np.full(4, np.nan), others)
 
-    found = bend_of(half, optimum(), NONE_HELD)
+    found = bend_of(half, optimum(), NONE_HELD, WIDE)
     assert found is not None
-    assert covered(Chart(NAMES, (), found)) > 0.3
+    assert covered(Chart(NAMES, (), (found,))) > 0.3
 
 
 def test_a_straight_posterior_stays_as_it_is():
@@ -138,15 +169,15 @@ def test_a_straight_posterior_stays_as_it_is():
         return Expansion(float(0.5 * z @ known @ z), known @ z, known)
 
     best = dataclasses.replace(optimum(), covariance=np.linalg.inv(known))
-    assert bend_of(straight, best, NONE_HELD) is None
+    assert bend_of(straight, best, NONE_HELD, WIDE) is None
 
 
 def test_coordinates_of_a_rig_have_their_optimum_and_its_law(monkeypatch):
     monkeypatch.setattr(ridge, "STRAIGHT", 2.0)  # that of one release is straight enough as it is
     found = search(release_problem({"k_LC": 6e7, "mu": 2e4}, samples=64), 4, 1)
     chart, best = ridge.ridge_chart(found), found.optima[0]
-    assert chart.bend is not None
-    away = chart.bend.factor[:, 0] * 2.0
+    assert chart.bends
+    away = chart.bends[0].factor[:, 0] * 2.0
     assert np.abs(chart.straight(best.z + away) - best.z - away).max() > 1e-6
     np.testing.assert_allclose(chart.straight(best.z), best.z, atol=1e-12)
     np.testing.assert_allclose(chart.straightened(best).covariance, best.covariance, rtol=1e-9)

@@ -29,9 +29,6 @@ from rigid.likelihood.problem import Problem
 
 Floats = NDArray[np.float64]
 
-REACH = 3.0
-"""Posterior sds within which a polynomial is trusted; beyond them it stays as it is there."""
-
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Sum:
@@ -87,14 +84,21 @@ class Bend:
     """A map that straightens what bends as a polynomial; see `ridge`.
 
     - `centre` (size,); `factor` (size, size): its columns are the units q.
+    - `low`, `high` (wide,): units within which the polynomial is trusted; beyond them it stays.
     - `coefficients` (terms, narrow): times the `bend_terms` of the first `wide` entries of q they
       are what is taken from those after them.
     """
 
     centre: Floats
     factor: Floats
-    wide: int
+    low: Floats
+    high: Floats
     coefficients: Floats
+
+    @property
+    def wide(self) -> int:
+        """How many units bend the others."""
+        return len(self.low)
 
     def straight(self, u: Floats) -> Floats:
         """Return v for u, (..., size)."""
@@ -111,7 +115,7 @@ class Bend:
     def slopes(self, u: Floats) -> Floats:
         """Return dv/du at u (size,), (size, size)."""
         q = self._units(u)[: self.wide]
-        within = np.clip(q, -REACH, REACH)
+        within = np.clip(q, self.low, self.high)
         by_wide = bend_slopes(within)
         bends = np.eye(len(u))
         bends[self._bent, : self.wide] -= (by_wide @ self.coefficients).T * (within == q)
@@ -122,7 +126,7 @@ class Bend:
 
     def _shift(self, q: Floats) -> Floats:
         """How far the bent entries are from a straight sheet, (..., narrow)."""
-        within = np.clip(q[..., : self.wide], -REACH, REACH)
+        within = np.clip(q[..., : self.wide], self.low, self.high)
         return bend_terms(within) @ self.coefficients
 
     @property
@@ -164,25 +168,26 @@ class Chart:
     """The map between the sampler's u and a problem's z, arrays (..., size) each.
 
     - `names`: of the entries of z with sums and ratios in the place of their parts.
-    - `sums`: these. - `bend`: what comes after them.
+    - `sums`: these. - `bends`: what comes after them, one after the other.
     """
 
     names: tuple[str, ...]
     sums: tuple[Sum, ...]
-    bend: Bend | None = None
+    bends: tuple[Bend, ...] = ()
 
     @property
     def mark(self) -> str:
         """What tells these coordinates from others."""
         found = hashlib.sha256(repr([one.places.tolist() for one in self.sums]).encode())
-        for value in dataclasses.astuple(self.bend) if self.bend else ():
-            found.update(np.asarray(value).tobytes())
+        for bend in self.bends:
+            for value in dataclasses.astuple(bend):
+                found.update(np.asarray(value).tobytes())
         return found.hexdigest()
 
     @property
     def plain(self) -> bool:
         """Whether u is z."""
-        return not self.sums and self.bend is None
+        return not self.sums and not self.bends
 
     def summed(self, z: Floats) -> Floats:
         """Return z with sums and ratios in the place of their parts."""
@@ -194,11 +199,15 @@ class Chart:
     def straight(self, z: Floats) -> Floats:
         """Return u for z."""
         u = self.summed(z)
-        return u if self.bend is None else self.bend.straight(u)
+        for bend in self.bends:
+            u = bend.straight(u)
+        return u
 
     def standard(self, u: Floats) -> Floats:
         """Return z for u."""
-        z = np.array(u if self.bend is None else self.bend.bent(u))
+        z = np.array(u)
+        for bend in reversed(self.bends):
+            z = bend.bent(z)
         for one in self.sums:
             one.parts(z)
         return z
@@ -233,7 +242,11 @@ class Chart:
         slopes = np.eye(len(z))
         for one in self.sums:
             slopes[np.ix_(one.places, one.places)] = one.slopes(z)
-        return slopes if self.bend is None else self.bend.slopes(self.summed(z)) @ slopes
+        u = self.summed(z)
+        for bend in self.bends:
+            slopes = bend.slopes(u) @ slopes
+            u = bend.straight(u)
+        return slopes
 
 
 def chart_of(problem: Problem) -> Chart:

@@ -32,15 +32,17 @@ from scipy.stats import norm, qmc
 
 from rigid.inference.coordinates import Bend, Chart, Floats, bend_slopes, bend_terms, chart_of
 from rigid.inference.newton import Expansion, expanded, is_noise, joined
+from rigid.inference.proposal import kish
 from rigid.inference.search import Found, Optimum
 from rigid.likelihood.problem import Problem
 
-WIDE = 0.1
-"""Posterior sd [prior sds] from which on a direction counts as hardly told. Where narrower ones
-count as well, points in so many dimensions lie off the ridge of hard campaigns, whose tails are
-then missed (docs/studies/validation.md); easy ones are covered better."""
+WIDE = (0.3, 0.1)
+"""Posterior sd [prior sds] from which on a direction counts as hardly told, in a first map and in a
+second one in its coordinates: those told by a tenth of the prior bend with those wider than a
+third. Where narrower ones than these count as well, points in so many dimensions lie off the
+ridge of hard campaigns, whose tails are then missed (docs/studies/validation.md)."""
 SPREAD = 1.25
-"""Of the points w, in posterior sds: a polynomial is worth little beyond them."""
+"""Of the points w, in posterior sds: a polynomial is worth little beyond them, and stays there."""
 FEWEST, MOST = 16, 64
 """Points w in the first round, and at most; each round has twice as many as the one before."""
 COVERED = 0.9
@@ -82,7 +84,7 @@ class Mode(NamedTuple):
     """Where the posterior is highest given w (wide,).
 
     - `x` (n,): the narrow entries, then gains and zeros; `slopes` (n, wide): dx/dw.
-    - `value`: minus the log-posterior.
+    - `value`: minus the log of the posterior integrated over x, as if it were Gaussian there.
     """
 
     w: Floats
@@ -95,25 +97,26 @@ def ridge_chart(found: Found) -> Chart:
     """Return the coordinates along the ridge through the best optimum of a search."""
     problem, best = found.problem, found.optima[0]
     chart = chart_of(problem)
-    bend = bend_of(
-        partial(_expanded, problem, chart),
-        chart.straightened(best),
-        # `expanded` holds noise levels; they do not bend what the records say of the other numbers.
-        is_noise(problem),
-    )
-    return dataclasses.replace(chart, bend=bend)
+    # `expanded` holds noise levels; they do not bend what the records say of the other numbers.
+    held = is_noise(problem)
+    for width in WIDE:
+        local = partial(_expanded, problem, chart)
+        bend = bend_of(local, chart.straightened(best), held, width)
+        if bend is not None:
+            chart = dataclasses.replace(chart, bends=(*chart.bends, bend))
+    return chart
 
 
-def bend_of(local: Local, there: Optimum, held: NDArray[np.bool_]) -> Bend | None:
+def bend_of(local: Local, there: Optimum, held: NDArray[np.bool_], width: float) -> Bend | None:
     """Return what straightens a posterior around an optimum; None where it is straight.
 
-    - `held` (size,): entries that stay as they are.
+    - `held` (size,): entries that stay as they are. - `width`: as in WIDE.
     """
-    along = directions(there, held)
+    along = directions(there, held, width)
     if not along.wide or not along.narrow:
         return None
-    scrambled = qmc.Sobol(along.wide, rng=1).random(MOST)
-    points = SPREAD * np.asarray(norm.ppf(scrambled), dtype=np.float64)
+    normal = np.asarray(norm.ppf(qmc.Sobol(along.wide, rng=1).random(MOST)), dtype=np.float64)
+    clouds = [Cloud(np.zeros(along.wide), np.ones(along.wide))]
     about = partial(mode_at, local, there, along)
     flat = np.zeros((MOST, along.narrow + there.standard.size))
     origin = about(np.zeros(along.wide), flat[0])
@@ -123,23 +126,30 @@ def bend_of(local: Local, there: Optimum, held: NDArray[np.bool_]) -> Bend | Non
     tried, count = 0, FEWEST
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
         while share < COVERED and tried < MOST:
-            w = points[tried:count]
+            w = clouds[-1].points(normal[tried:count])
             near = design.foretold(w, strengths) if design else flat[tried:count]
             modes += [mode for mode in pool.map(about, w, near) if mode is not None]
             tried, count = count, 2 * count
             if len(modes) < 2:
                 return None
-            design = Design.of(modes, origin, along)
+            rarity = rarity_of(modes, clouds)
+            design = Design.of(modes, origin, along, rarity)
+            clouds.append(clouds[0].moved(modes, rarity))
             if design.overlap(np.zeros(design.x.shape)) > STRAIGHT:
                 return None
             share, strengths = design.chosen()
     assert design is not None
     coefficients = design.coefficients(strengths)[:, : along.narrow]
-    return Bend(there.z, along.factor, along.wide, coefficients)
+    reached = np.array([mode.w for mode in modes])
+    low, high = reached.min(axis=0), reached.max(axis=0)
+    return Bend(there.z, along.factor, low, high, coefficients)
 
 
-def directions(there: Optimum, held: NDArray[np.bool_]) -> Directions:
-    """Return the directions of the Gaussian law around an optimum, the widest first."""
+def directions(there: Optimum, held: NDArray[np.bool_], least: float) -> Directions:
+    """Return the directions of the Gaussian law around an optimum, the widest first.
+
+    - `held` (size,): what is no direction. - `least`: width of those that are hardly told.
+    """
     free, fixed = np.flatnonzero(~held), np.flatnonzero(held)
     variance, axes = np.linalg.eigh(there.covariance[np.ix_(free, free)])
     width, axes = np.sqrt(variance[::-1]), axes[:, ::-1]
@@ -147,7 +157,7 @@ def directions(there: Optimum, held: NDArray[np.bool_]) -> Directions:
     factor[np.ix_(free, np.arange(len(free)))] = axes * width
     own = np.sqrt(there.covariance[fixed, fixed])
     factor[fixed, np.arange(len(free), len(held))] = own
-    wide = int(np.sum(width > WIDE))
+    wide = int(np.sum(width > least))
     return Directions(factor, width[:wide], len(free) - wide)
 
 
@@ -175,9 +185,47 @@ def mode_at(
         if promise < SETTLED:
             across = information[:, :size] @ along.factor[:, :wide]
             slopes = np.asarray(-np.linalg.solve(known, axes.T @ across), dtype=np.float64)
-            return Mode(w, x, slopes, float(at.value) - promise)
+            volume = 0.5 * float(np.linalg.slogdet(known)[1])
+            return Mode(w, x, slopes, float(at.value) - promise + volume)
         value = float(at.value) + SETTLED
     return None
+
+
+class Cloud(NamedTuple):
+    """What is known of the posterior of w: centre and sds (wide,)."""
+
+    centre: Floats
+    sds: Floats
+
+    def points(self, normal: Floats) -> Floats:
+        """Points (n, wide) for standard normal numbers, SPREAD times as far."""
+        return self.centre + SPREAD * self.sds * normal
+
+    def log_density(self, w: Floats) -> Floats:
+        """Of its points at w (n, wide), up to a constant, (n,)."""
+        off = (w - self.centre) / (SPREAD * self.sds)
+        return -0.5 * np.sum(off**2, axis=1) - np.sum(np.log(self.sds))
+
+    def moved(self, modes: list[Mode], rarity: Floats) -> "Cloud":
+        """Centre and sds that modes tell; this cloud counts as many draws as there are entries.
+
+        No sd becomes less: what is there already bounds the ridge from within.
+        """
+        w = np.array([mode.w for mode in modes])
+        logs = -np.array([mode.value for mode in modes]) - rarity
+        weight = np.exp(logs - logs.max())
+        share = 1.0 / (1.0 + len(self.centre) / kish(weight))
+        weight = share * weight / weight.sum()
+        centre = (1.0 - share) * self.centre + weight @ w
+        variance = weight @ (w - centre) ** 2
+        variance += (1.0 - share) * (self.sds**2 + (self.centre - centre) ** 2)
+        return Cloud(centre, np.maximum(np.sqrt(variance), self.sds))
+
+
+def rarity_of(modes: list[Mode], clouds: list[Cloud]) -> Floats:
+    """How often points of some clouds lie where modes do, logs up to a constant, (modes,)."""
+    w = np.array([mode.w for mode in modes])
+    return np.logaddexp.reduce([cloud.log_density(w) for cloud in clouds], axis=0)
 
 
 class Design(NamedTuple):
@@ -198,11 +246,11 @@ class Design(NamedTuple):
     narrow: int
 
     @classmethod
-    def of(cls, modes: list[Mode], origin: Mode, along: Directions) -> "Design":
-        """Gather modes; `origin` is that at the optimum."""
+    def of(cls, modes: list[Mode], origin: Mode, along: Directions, rarity: Floats) -> "Design":
+        """Gather modes; `origin` is that at the optimum, `rarity` (modes,) of points near them."""
         w = np.array([mode.w for mode in modes])
         # What the posterior at w is to how often such w are tried.
-        logs = 0.5 * np.sum((w / SPREAD) ** 2, axis=1) - [m.value - origin.value for m in modes]
+        logs = -rarity - [m.value - origin.value for m in modes]
         weight = np.exp(np.minimum(0.5 * (logs - np.median(logs)), 1.0))
         x, by_w = np.array([m.x for m in modes]), np.array([m.slopes.T for m in modes])
         scale = bend_terms(along.widths)

@@ -48,7 +48,7 @@ def one_campaign(case: Case) -> dict:
     for name, chart in (("sums", chart_of(found.problem)), ("ridge", ridge)):
         weights = propose(found, np.random.default_rng(3), chart).weights
         row[name] = round(weights.kish, 5), round(weights.pareto_k, 3)
-    row["wide"] = ridge.bend.wide if ridge.bend else 0
+    row["wide"] = ridge.bends[-1].wide if ridge.bends else 0
     return row
 
 
