@@ -99,7 +99,8 @@ def test_search_finds_the_right_optimum(release):
     best = values_at(release, joined(release, found.optima[0].z, found.optima[0].standard))
     assert best["k_LC"] == pytest.approx(6e7, rel=0.02)
     assert best["mu"] == pytest.approx(2e4, rel=0.1)
-    assert said == list(range(1, 13))
+    assert said == sorted(said)
+    assert said[-1] == 12
     assert found.starts == 12
     assert found.optima[0].reached >= 1
     levels = np.sort(found.levels)
