@@ -30,12 +30,12 @@ from rigid.friction.fits import FittedModels, Programs
 from rigid.friction.models import (
     BRISTLES,
     COULOMB,
-    DRY,
     NAMES,
     SEAL,
     STRIBECK,
     VISCOUS,
     FrictionModel,
+    Place,
     models,
     without_friction,
 )
@@ -69,6 +69,9 @@ from rigid.report.laws.section import KIND
 from rigid.report.made import made as provenance
 from rigid.report.section import section
 from rigid.spec import Spec, load_spec
+
+DRY = CATALOGUE[BRISTLES], CATALOGUE[SEAL]
+"""What stands for the models of dry friction in the rig."""
 
 BRANCHES = {"mu_branch[1]": 0.0, "mu_branch[2]": 0.0}
 SEVERAL = {"kappa[free-run-1,A]": 0.2, "kappa[free-run-2,A]": 0.05, "kappa[free-run-3,A]": 0.1}
@@ -578,7 +581,7 @@ def test_the_laws_of_a_spec(tmp_path: Path):
     """Dry friction stands beside what the spec has; a coefficient by kind of record is no law."""
     folder = Path(__file__).parents[1] / "fits"
     spec = load_spec(folder / "constant-mu.toml")
-    plain_spec = without_friction(spec)
+    plain_spec = without_friction(spec, Place())
     assert spec.model.vary
     assert not plain_spec.model.vary
     assert plain_spec.model.effects == load_spec(folder / "calibration.toml").model.effects
@@ -589,7 +592,7 @@ def test_the_laws_of_a_spec(tmp_path: Path):
     made = dataclasses.replace(
         made, parameters=dataclasses.replace(numbers, sampled=(*numbers.sampled, more))
     )
-    by_name = {law.name: law for law in models(spec, made)}
+    by_name = {law.name: law for law in models(spec, made, Place())}
     assert tuple(by_name) == NAMES
     assert by_name[COULOMB].effects == (VISCOUS, COULOMB)
     assert by_name[COULOMB].held["mu_branch[1]"] == 0.0
@@ -597,7 +600,7 @@ def test_the_laws_of_a_spec(tmp_path: Path):
     effects_of_all = (*DRY, CATALOGUE[WITH_MEMORY])
     known = {k for e in effects_of_all for info in e.parameters() for k in info.labels}
     assert all(set(law.held) <= known for law in by_name.values())
-    beside = models(load_spec(folder / "calibration.toml"), made)
+    beside = models(load_spec(folder / "calibration.toml"), made, Place())
     assert beside[2].effects == (VISCOUS, WITH_MEMORY, COULOMB)
     assert "mu_branch[1]" not in beside[2].held
 
@@ -626,7 +629,9 @@ def told(verdict: str, tied: tuple[str, ...] = (), usable: bool = True) -> dict:
     }
     record = {"record": "a free run like free-run-1 (cylinder A) at 3 times", "apart": 2.0}
     return {
-        "verdict": verdict, "usable": usable, "gap": 1.7, "seed": 1,
+        "verdict": verdict,
+        "joint": None,
+        "usable": usable, "gap": 1.7, "seed": 1,
         "held_exact": [{"name": "S_Pl", "says": "S_Pl = 44.2 cm^2"}], "set_aside": [],
         "checks": [{"name": "residuals", "ok": usable, "says": "as large as they are"}],
         "laws": list(one.values()),

@@ -98,7 +98,7 @@ def campaign(tmp_path_factory):
 
 
 def test_candidates_are_the_records_again_and_with_a_setting_changed(campaign):
-    says = [change.says for change in stated(campaign.spec)]
+    says = [change.says for change in stated(campaign.spec, campaign.problem)]
     assert "squeeze again" in says
     assert "like squeeze, 2 times its flow fraction" in says
     assert "like snap, 0.5 times its preload" in says
@@ -117,7 +117,7 @@ def test_a_spec_names_candidates_costs_and_limits(campaign):
         '\n[plan]\nquantities = ["mu"]\nlimits = { load = 9e3 }\n'
         '[[plan.records]]\nlike = "snap"\npreload = 1.5\ncost = 2.0\n',
     ).spec
-    assert stated(asked) == (Change("snap", preload=1.5, cost=2.0),)
+    assert stated(asked, campaign.problem) == (Change("snap", preload=1.5, cost=2.0),)
     assert limits_of(asked)["load"] == 9e3
     assert limits_of(campaign.spec)["load"] == campaign.spec.sensors["load"].range[1]
 
@@ -133,7 +133,7 @@ def test_a_spec_names_candidates_costs_and_limits(campaign):
 )
 def test_a_candidate_that_cannot_be_is_told(campaign, entry, says):
     with pytest.raises(InputError, match=says.replace("?", r"\?")):
-        stated(with_plan(campaign, f"\n[[plan.records]]\n{entry}\n").spec)
+        stated(with_plan(campaign, f"\n[[plan.records]]\n{entry}\n").spec, campaign.problem)
 
 
 def test_only_the_candidate_counts_in_its_problem(campaign):

@@ -6,8 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rigid.friction.models import BRISTLES, DRY, MEMORY, VISCOUS, FrictionModel
-from rigid.friction.starts import constant_starts, dry_starts, memory_starts, prior_starts
+from rigid.friction.models import BRISTLES, MEMORY, VISCOUS, FrictionModel
+from rigid.friction.starts import (
+    constant_starts,
+    dry_starts,
+    memory_starts,
+    prior_starts,
+    searched_start,
+)
 from rigid.io.cache import NOTHING_KEPT, Shelf
 from rigid.likelihood.priors import AbstractPrior
 from rigid.likelihood.problem import Problem
@@ -32,8 +38,8 @@ WIDTH = 16
 """Simulations side by side in the program of dry friction: one turn serves a step of all its
 models, which take 14."""
 
-KINDS = (LocalFit, Hypothesis, Layout, Terms, *DRY)
-"""What fits are made of."""
+KINDS = (LocalFit, Hypothesis, Layout, Terms)
+"""What fits are made of, beside dry friction."""
 
 Report = Callable[[str], None]
 
@@ -61,24 +67,34 @@ class FittedModels:
     fits: Mapping[str, LocalFit]
 
 
-def fit_laws(
-    problem: Problem,
-    models: tuple[FrictionModel, ...],
-    given: Mapping[str, AbstractPrior],
-    seed: int,
-    report: Report,
-    shelf: Shelf = NOTHING_KEPT,
-) -> FittedModels:
+class Asked(NamedTuple):
+    """What is fitted.
+
+    - `problem`: with viscous friction and memory. - `models`. - `given`: priors that go before the
+      effects' own, by label. - `seed`: of the starts. - `search`: finds the numbers of a model by
+      itself, z by label; None: all begin beside the fit without dry friction.
+    """
+
+    problem: Problem
+    models: tuple[FrictionModel, ...]
+    given: Mapping[str, AbstractPrior]
+    seed: int
+    search: Callable[[FrictionModel], Mapping[str, float]] | None = None
+
+
+def fit_laws(asked: Asked, report: Report, shelf: Shelf = NOTHING_KEPT) -> FittedModels:
     """Fit every model.
 
-    - `problem`: with viscous friction and memory. - `given`: priors that go before the effects'
-      own, by label. - `seed`: of the starts. - `shelf`: keeps the fits as they are made.
+    - `shelf`: keeps the fits as they are made.
 
     How many facts a sample is gets judged once every model has had its say: what the best of them
     leaves over, and what none of them could take away, is noise.
     """
+    problem, models, given, seed, search = asked
+    frictions = tuple(dict.fromkeys(m.dry for m in models if m.dry is not None))
+    kinds = (*KINDS, *frictions)
     plain = families(problem, (), together=True)[0]
-    wide = dataclasses.replace(families(problem, DRY, together=True)[0], width=WIDTH)
+    wide = dataclasses.replace(families(problem, frictions, together=True)[0], width=WIDTH)
     viscous, dry = programs = Programs(Program(plain), Program(wide, plain))
     layout = lay_out(problem)
     layout = layout.weighed((layout.weight > 0.0).astype(float))
@@ -90,16 +106,19 @@ def fit_laws(
         report("fit viscous friction")
         return _viscous(viscous, Hypothesis(problem, given=given), layout, models[0], seed)
 
-    fits = shelf.once("viscous", viscous_fits, KINDS, known)
+    fits = shelf.once("viscous", viscous_fits, kinds, known)
 
     def dry_fits() -> tuple[dict[str, LocalFit], np.ndarray]:
         report("fit dry friction")
         base = fits[MEMORY if listed[0].memory else VISCOUS]
         starts = dry_starts(base, dry.family, listed, BEGINNINGS)
         begun = [(name, p) for name, points in starts.points.items() for p in points]
+        if search is not None:
+            report("search with dry friction")
+            begun += [(one.name, searched_start(base, one, search(one))) for one in listed]
         return _dry(dry, begun), starts.changes
 
-    dry_ends, changes = shelf.once("dry", dry_fits, KINDS, known)
+    dry_ends, changes = shelf.once("dry", dry_fits, kinds, known)
     fits |= dry_ends
 
     def last_fits() -> dict[str, LocalFit]:
@@ -114,7 +133,7 @@ def fit_laws(
             out |= dict(zip(names, ends, strict=True))
         return out
 
-    return FittedModels(programs, models, shelf.once("fits", last_fits, KINDS, known))
+    return FittedModels(programs, models, shelf.once("fits", last_fits, kinds, known))
 
 
 def _viscous(
@@ -127,7 +146,7 @@ def _viscous(
     """
     memory = _best(program, prior_starts(hypothesis, layout, STARTS, seed))
     still = _best(program, constant_starts(memory, constant))
-    again = _best(program, memory_starts(still, memory))
+    again = _best(program, memory_starts(still, memory, constant.place))
     return {VISCOUS: still, MEMORY: max(memory, again, key=lambda one: one.value)}
 
 

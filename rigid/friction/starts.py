@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-from rigid.friction.models import FrictionModel, amplitude_labels
+from rigid.friction.models import MEMORY, FrictionModel, Place, amplitude_labels
 from rigid.inference.newton import is_noise
+from rigid.io.errors import UnusableResultError
 from rigid.likelihood.parameters import Parameter
 from rigid.localfit.candidates import even_settings, standard_of
 from rigid.localfit.evidence import amplitudes, most_probable
@@ -42,7 +43,7 @@ def prior_starts(hypothesis: Hypothesis, layout: Layout, count: int, seed: int) 
     return [Point(hypothesis, layout, w, quiet) for w in drawn]
 
 
-def memory_starts(constant: LocalFit, like: LocalFit) -> list[Point]:
+def memory_starts(constant: LocalFit, like: LocalFit, place: Place) -> list[Point]:
     """Places at which the model with memory may begin, after a fit without.
 
     - `like`: the model with memory anywhere. Branches are as small as SLIGHT says, what they carry
@@ -51,13 +52,32 @@ def memory_starts(constant: LocalFit, like: LocalFit) -> list[Point]:
     new, old = like.hypothesis, constant.hypothesis
     known = dict(zip(old.labels, constant.w[: len(old.labels)], strict=True))
     own = np.array([known.get(label, 0.0) for label in new.labels])
-    branches = [i for i, p in enumerate(new.parameters) if p.base == BRANCH]
+    branches = [i for i, p in enumerate(new.parameters) if _is_branch(p, place)]
     own[branches] = SLIGHT
     carried = sum(float(new.parameters[i].prior.from_standard(SLIGHT)) for i in branches)
-    at, (mu, _) = new.labels.index("mu"), old.values(constant.w)["mu"]
+    viscous = place.label("mu")
+    at, (mu, _) = new.labels.index(viscous), old.values(constant.w)[viscous]
     own[at] = standard_of(new.parameters[at].prior, max(mu - carried, 0.5 * mu))
     w = np.concatenate([own, constant.w[len(old.labels) :]])
     return [Point(new, like.layout, w, constant.z_noise)]
+
+
+def _is_branch(one: Parameter, place: Place) -> bool:
+    """Whether a number is the friction of a branch of memory there."""
+    return one.base == BRANCH and one.label in place.labels(MEMORY)
+
+
+def searched_start(base: LocalFit, model: FrictionModel, numbers: Mapping[str, float]) -> Point:
+    """Place at which a model of dry friction begins where a search of it alone has ended.
+
+    - `base`: a fit without dry friction. - `numbers`: z by label. Gains and zeros begin as the
+      sensors' sheets say, and so does the noise: that of `base` is what the model is to explain.
+    """
+    hypothesis = of_law(base.hypothesis, model)
+    w = np.zeros(hypothesis.size)
+    for i, label in enumerate(hypothesis.labels):
+        w[i] = numbers.get(label, 0.0)
+    return Point(hypothesis, base.layout, w, np.zeros_like(base.z_noise))
 
 
 class ModelSetting(NamedTuple):
@@ -82,11 +102,12 @@ def constant_starts(memory: LocalFit, model: FrictionModel) -> list[Point]:
     sensors = np.ones(len(memory.w) - len(own), dtype=bool)
     w = memory.w[np.concatenate([own, sensors])]
     values = old.every(memory.w)
-    branches = sum(values[p.label] for p in old.parameters if p.base == BRANCH)
-    at, out = new.labels.index("mu"), []
+    branches = sum(values[p.label] for p in old.parameters if _is_branch(p, model.place))
+    viscous = model.place.label("mu")
+    at, out = new.labels.index(viscous), []
     for share in CARRIED:
         begun = w.copy()
-        begun[at] = standard_of(new.parameters[at].prior, values["mu"] + share * branches)
+        begun[at] = standard_of(new.parameters[at].prior, values[viscous] + share * branches)
         out.append(Point(new, memory.layout, begun, memory.z_noise))
     return out
 
@@ -105,13 +126,18 @@ def dry_starts(
     - `family`: the program that holds the models. - `most`: how many of each; 1 where not said.
 
     Each setting is simulated at LEVELS of its amplitude; all other numbers follow by the parabola
-    around `base`, and so does the amplitude away from the levels.
+    around `base`, and so does the amplitude away from the levels. Settings that cannot be simulated
+    are left out.
+
+    Raises UnusableResultError where none of a model's can.
     """
     hypotheses = {model.name: of_law(base.hypothesis, model) for model in listed}
     jobs = [
         ModelSetting(model, z) for model in listed for z in _settings(hypotheses[model.name], model)
     ]
     changes = _changes(base, family, [(hypotheses[j.model.name], j) for j in jobs])
+    able = np.all(np.isfinite(changes), axis=0).tolist()
+    jobs, changes = [job for job, ok in zip(jobs, able, strict=True) if ok], changes[:, able]
     solved = cho_factor(base.information)
     points: dict[str, list[tuple[float, Point]]] = {model.name: [] for model in listed}
     for job, change in zip(jobs, changes.T, strict=True):
@@ -131,6 +157,11 @@ def dry_starts(
         point = Point(hypothesis, base.layout, w, base.z_noise)
         cost = 0.5 * sum(z * z for z in numbers.values())
         points[job.model.name].append((share * slope - 0.5 * share**2 * curvature - cost, point))
+    if nowhere := [model.words for model in listed if not points[model.name]]:
+        raise UnusableResultError(
+            f"friction that is {' or '.join(nowhere)} can be simulated at no setting of its "
+            "priors: state priors of its numbers in [priors], or smaller steps in [solve]"
+        )
     ranked = {name: sorted(p, key=lambda one: -one[0]) for name, p in points.items()}
     return Starts({n: [p for _, p in r[: most.get(n, 1)]] for n, r in ranked.items()}, changes)
 

@@ -9,6 +9,7 @@ from jaxtyping import Float
 from rigid.io.errors import InputError
 from rigid.kinds import KINDS
 from rigid.likelihood.assemble import assemble
+from rigid.likelihood.machine_group import P_START, V_START, X_START
 from rigid.likelihood.parameters import Parameter
 from rigid.likelihood.problem import Problem
 from rigid.localfit.candidates import standard_of
@@ -20,21 +21,27 @@ from rigid.spec.values import PlanRecordSpec
 
 FLOW, TANK = "kappa", "kappa_tank"
 """Names of flow fractions: of an open valve, and of one that is open to the tank."""
+STARTS = (X_START, V_START, P_START)
+"""Names of where a run begins that is in motion."""
+DRIVES = ("force", "command")
+"""Channels that say what was done in a run."""
 SETTINGS = (0.5, 1.0, 2.0)
-"""Times the preload or the flow fraction of records, where a spec names no candidates."""
+"""Times the preload, the drive or the flow fraction of records, where a spec names none."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Change:
     """One candidate.
 
-    - `like`: name of a record. - `preload`, `flow`: times those of that record. - `interval`: times
-      its sampling interval. - `cost`: of one such record, in any unit.
+    - `like`: name of a record. - `preload`, `flow`: times those of that record. - `drive`: times
+      the force or the command that is recorded in a run, and where it begins if it is in motion.
+    - `interval`: times its sampling interval. - `cost`: of one such record, in any unit.
     """
 
     like: str
     preload: float = 1.0
     flow: float = 1.0
+    drive: float = 1.0
     interval: float = 1.0
     cost: float = 1.0
 
@@ -44,54 +51,59 @@ class Change:
         factors = {
             "preload": self.preload,
             "flow fraction": self.flow,
+            "drive": self.drive,
             "sampling interval": self.interval,
         }
         parts = [f"{by:g} times its {what}" for what, by in factors.items() if by != 1.0]
         return f"like {self.like}, {' and '.join(parts)}" if parts else f"{self.like} again"
 
 
-def usual(spec: Spec) -> tuple[Change, ...]:
+def usual(spec: Spec, problem: Problem) -> tuple[Change, ...]:
     """Candidates where a spec names none: every record again, and with a setting changed."""
     found: dict[Change, None] = {}
-    for r in (r for r in spec.records if r.fit):
+    for name in dict.fromkeys(r.name for r in spec.records if r.fit):
         for factor in SETTINGS:
-            name = _setting(r)
-            found[Change(r.name) if name is None else Change(r.name, **{name: factor})] = None
+            setting = _setting(spec, problem, name)
+            found[Change(name) if setting is None else Change(name, **{setting: factor})] = None
     return tuple(found)
 
 
-def _setting(record: RecordSpec) -> str | None:
+def _setting(spec: Spec, problem: Problem, name: str) -> str | None:
     """Which setting of a record can be changed."""
-    if record.preload is not None:
+    mine = [r for r in spec.records if r.fit and r.name == name]
+    if any(r.preload is not None for r in mine):
         return "preload"
-    opened = {"open", "tank"} & {stretch.position for stretch in record.valve}
-    return "flow" if KINDS[record.kind].valve is not None and opened else None
+    own = {p.base for p in problem.parameters.sampled if p.record == name}
+    done = {c for r in mine if KINDS[r.kind].solver == "machine" for c in r.channels}
+    if own & {*STARTS} or done & {*DRIVES}:
+        return "drive"
+    return "flow" if own & {FLOW, TANK} else None
 
 
-def stated(spec: Spec) -> tuple[Change, ...]:
+def stated(spec: Spec, problem: Problem) -> tuple[Change, ...]:
     """Candidates that a spec names; `usual` ones where it names none.
 
     Raises InputError for a record or a setting that is not there.
     """
     if spec.plan is None or not spec.plan.records:
-        return usual(spec)
-    return tuple(_stated(spec, one) for one in spec.plan.records)
+        return usual(spec, problem)
+    return tuple(_stated(spec, problem, one) for one in spec.plan.records)
 
 
-def _stated(spec: Spec, one: PlanRecordSpec) -> Change:
+def _stated(spec: Spec, problem: Problem, one: PlanRecordSpec) -> Change:
     where = f"{spec.path} [[plan.records]] like"
     mine = [r for r in spec.records if r.fit and r.name == one.like]
     if not mine:
         names = sorted({r.name for r in spec.records if r.fit})
         raise InputError(f"{where}: {unknown('record', one.like, names)}")
-    setting = _setting(mine[0])
-    for name in ("preload", "flow"):
+    setting = _setting(spec, problem, one.like)
+    for name in ("preload", "flow", "drive"):
         if getattr(one, name) != 1.0 and setting != name:
             raise InputError(
                 f"{where} = '{one.like}': a {mine[0].kind} of this programme has no {name} to "
                 f"change; leave `{name}` out"
             )
-    return Change(one.like, one.preload, one.flow, one.interval, one.cost)
+    return Change(**one.model_dump())
 
 
 def changed(spec: Spec, records: tuple[Record, ...], base: Problem, change: Change) -> Problem:
@@ -155,30 +167,49 @@ def _restated(record: RecordSpec, change: Change) -> RecordSpec:
 
 
 def _resampled(record: Record, change: Change) -> Record:
-    """The record at other instants: its next samples stand in, until readings are simulated."""
-    if change.interval == 1.0:
-        return record
+    """The record driven otherwise and at other instants.
+
+    Its own readings nearby stand in for those of the sensors, until these are simulated; forces and
+    commands are straight lines between samples.
+    """
     step = change.interval * record.interval
     count = int(np.floor((record.time[-1] - record.time[0]) / step)) + 1
-    time = record.time[0] + step * np.arange(count)
+    time = record.time[0] + step * np.arange(count) if change.interval != 1.0 else record.time
     near = np.clip(np.searchsorted(record.time, time), None, len(record.time) - 1)
-    channels = {
-        name: Channel(name, one.values[near], one.valid[near], one.column, one.unit)
-        for name, one in record.channels.items()
-    }
-    return dataclasses.replace(record, time=time, channels=channels, interval=step, uniform=True)
+    given = DRIVES if KINDS[record.kind].solver == "machine" else ()
+    channels = {}
+    for name, one in record.channels.items():
+        values = one.values[near]
+        if name in given:
+            values = change.drive * np.interp(time, record.time, one.values)
+        channels[name] = Channel(name, values, one.valid[near], one.column, one.unit)
+    uniform = record.uniform or change.interval != 1.0
+    return dataclasses.replace(record, time=time, channels=channels, interval=step, uniform=uniform)
 
 
 def placed(
     base: Problem, new: Problem, change: Change, z: Float[np.ndarray, " size"]
 ) -> Float[np.ndarray, " size"]:
     """Return z of the changed problem for z of that of the records as they are."""
+    times = {FLOW: change.flow, TANK: change.flow} | dict.fromkeys(STARTS, change.drive)
     out = np.array(z)
     for i, one in enumerate(new.parameters.sampled):
-        if one.base in (FLOW, TANK) and one.record == change.like and change.flow != 1.0:
-            value = float(base.parameters.sampled[i].prior.from_standard(z[i])) * change.flow
+        factor = times.get(one.base, 1.0) if one.record == change.like else 1.0
+        if factor != 1.0:
+            value = float(base.parameters.sampled[i].prior.from_standard(z[i])) * factor
             out[i] = standard_of(one.prior, value)
     return out
+
+
+def driven(problem: Problem, change: Change) -> dict[str, float]:
+    """Greatest force and command in the candidate, where it has any."""
+    given = [t.given for t in problem.tracks if t.name == change.like and t.given is not None]
+    found = {}
+    for name in DRIVES:
+        series = [one for one in (getattr(g, name) for g in given) if one is not None]
+        if series:
+            found[name] = max(float(np.abs(np.asarray(one)).max()) for one in series)
+    return found
 
 
 def own(problem: Problem, change: Change) -> list[Parameter]:

@@ -15,7 +15,7 @@ from rigid.inference.derived import values_of
 from rigid.inference.newton import is_noise
 from rigid.inference.search_cache import Searched
 from rigid.likelihood.problem import Problem, log_density
-from rigid.planning.change import FLOW, Change, changed, limits_of, own, placed
+from rigid.planning.change import FLOW, Change, changed, driven, limits_of, own, placed
 from rigid.planning.information import Point, added, information, point, sd, simulated
 from rigid.planning.quantity import Quantity, slope
 from rigid.records.record import Record
@@ -160,6 +160,7 @@ class _Told(NamedTuple):
 def _told(base: Problem, new: Problem, change: Change, seed: int, at: Point) -> _Told:
     here = dataclasses.replace(at, z=placed(base, new, change, at.z))
     made, greatest = simulated(new, here, seed)
+    greatest |= driven(new, change)
     private = own(new, change)
     values = values_of(new, here.z[None])
     for what, name in (("flow fraction", FLOW), ("load", "preload")):

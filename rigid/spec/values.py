@@ -189,6 +189,7 @@ class PlanRecordSpec(Value):
     like: str
     preload: Annotated[Real, FACTOR] = 1.0
     flow: Annotated[Real, FACTOR] = 1.0
+    drive: Annotated[Real, FACTOR] = 1.0
     interval: Annotated[Real, FACTOR] = 1.0
     cost: Annotated[Real, Field(gt=0.0)] = 1.0
 

@@ -2,19 +2,21 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
 from rigid.friction.comparison import Comparison, compare, next_record
-from rigid.friction.fits import fit_laws
-from rigid.friction.models import models
+from rigid.friction.fits import Asked, fit_laws
+from rigid.friction.models import FrictionModel, Place, models, with_friction
 from rigid.inference.calibrate import fingerprint
 from rigid.inference.reference_check import SolverCheck
+from rigid.inference.search import best_of_few
 from rigid.io.cache import Shelf
 from rigid.io.cli import Options
 from rigid.io.files import write_text
 from rigid.io.progress import stages
+from rigid.likelihood.assemble import assemble
 from rigid.likelihood.effect_lookup import marks
 from rigid.likelihood.listing import given_priors
 from rigid.likelihood.problem import Problem
@@ -30,6 +32,8 @@ from rigid.study.result import CommandResult
 
 KEPT = "unfinished-laws"
 """Folder of fits and comparisons, until the run is done."""
+SEARCH_STARTS = 6
+"""Of each model at a joint of a machine, until two agree."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,16 +75,37 @@ class Laws(CommandResult):
 
 
 def compare_laws(
-    spec: Spec, records: tuple[Record, ...], problem: Problem, seed: int, options: Options
+    spec: Spec,
+    records: tuple[Record, ...],
+    problem: Problem,
+    place: Place,
+    seed: int,
+    options: Options,
 ) -> Laws:
     """Fit every friction model and compare them.
 
-    - `problem`: of spec and records, without friction. - `options`: whether progress is told; `out`
-      keeps what takes long until the files are written.
+    - `problem`: of spec and records, without friction at `place`. - `options`: whether progress is
+      told; `out` keeps what takes long until the files are written.
     """
-    mark = fingerprint(spec, records, seed) | marks(problem.effects)
+    mark = fingerprint(spec, records, seed) | marks(problem.effects) | {"joint": place.joint}
     shelf = Shelf(None if options.out is None else options.out / KEPT, mark, options.resume)
     with stages(options.quiet) as follow:
-        fitted = fit_laws(problem, models(spec, problem), given_priors(spec), seed, follow, shelf)
+        search = None if place.machine is None else partial(_searched, spec, records, seed)
+        given = given_priors(spec)
+        asked = Asked(problem, models(spec, problem, place), given, seed, search)
+        fitted = fit_laws(asked, follow, shelf)
         follow("compare")
         return Laws(spec, records, compare(fitted, seed, shelf), seed)
+
+
+def _searched(
+    spec: Spec, records: tuple[Record, ...], seed: int, model: FrictionModel
+) -> dict[str, float]:
+    """Most probable numbers of a machine with a model of friction at its joint, z by label.
+
+    A machine's friction may carry most of what is read, unlike the rig's: a climb from the fit
+    without it then ends on the way.
+    """
+    problem = assemble(with_friction(spec, model.place, model.effects), records)
+    found = best_of_few(problem, SEARCH_STARTS, seed)
+    return dict(zip(problem.parameters.labels, found.z.tolist(), strict=True))

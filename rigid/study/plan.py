@@ -84,7 +84,7 @@ def plan(
     given = () if spec.plan is None else spec.plan.quantities
     names = quantities or given or usual(problem)
     values = {name: quantity_of(problem, name, f"{spec.path} [plan]") for name in names}
-    changes = stated(spec)
+    changes = stated(spec, problem)
     known = search_once(asked, options, folder)
     with stage(options.quiet, "weigh records", len(changes), "records") as shown:
         found = rank(Fitted(spec, records, known), values, changes, seed, shown.reach)

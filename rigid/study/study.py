@@ -15,7 +15,7 @@ import xarray as xr
 from jax import Array
 from jax.typing import ArrayLike
 
-from rigid.friction.models import without_friction
+from rigid.friction.models import place_of, without_friction
 from rigid.inference.calibrate import Asked, calibrate
 from rigid.inference.demand import demand
 from rigid.inference.search import Found
@@ -231,18 +231,22 @@ class Study:
         self,
         out: Path | str | None = None,
         *,
+        joint: str | None = None,
         seed: int | None = None,
         resume: bool = False,
         quiet: bool = False,
     ) -> Laws:
         """Compare the friction models.
 
-        Raises InputError for a machine that the spec puts together.
+        - `joint`: of a machine that the spec puts together, where they are compared; None: the only
+          one that rubs.
+
+        Raises InputError for a joint that is not there, or where it must be said which is meant.
         """
-        self._require_no_machine("laws")
+        place = place_of(self.solved, joint)
         options = self._options(out, seed, resume, quiet)
-        problem = assemble(without_friction(self.solved), self.records)
-        asked = self.solved, self.records, problem, self._seed(seed), options
+        problem = assemble(without_friction(self.solved, place), self.records)
+        asked = self.solved, self.records, problem, place, self._seed(seed), options
         return self._written("laws", options, lambda: compare_laws(*asked))
 
     def plan(
@@ -259,10 +263,8 @@ class Study:
         - `quantities`: names in a fit's table, `k_LC` or `abs_mu[80 Hz]`, the first of which ranks;
           empty: those of the spec's [plan], or the usual ones.
 
-        Raises InputError for a quantity, a record or a setting that is not there, and for a machine
-        that the spec puts together.
+        Raises InputError for a quantity, a record or a setting that is not there.
         """
-        self._require_no_machine("plan")
         options = self._options(out, seed, resume, quiet)
         asked = self._asked
         with self._running("plan"), _folder(options) as folder:
@@ -305,14 +307,6 @@ class Study:
         if not fitted:
             return Checked(self.spec, (), None)
         return Checked(self.solved, self.records, self.problem)
-
-    def _require_no_machine(self, command: str) -> None:
-        """Refuse what runs of a machine cannot be asked yet."""
-        if self.spec.machine is not None:
-            raise InputError(
-                f"{self.spec.path}: `rigid {command}` does not take a [machine] yet; fit, "
-                "discover, check and validate do"
-            )
 
     def _written(self, method: str, options: Options, find: Callable[[], Result]) -> Result:
         """Return what a method finds, its files written where the options name a folder."""

@@ -150,15 +150,21 @@ def shaker(path: Path, seed: int = 1) -> dict[str, float]:
     return {"K_valve": gain, "k_oil": bulk, "mu[head]": friction}
 
 
-def swing(path: Path, seed: int = 1) -> dict[str, float]:
-    """One body on a spring, let go and left to itself: its position is all that is read."""
+def swing(path: Path, seed: int = 1, dry: float = 0.0) -> dict[str, float]:
+    """One body on a spring, let go and left to itself: its position is all that is read.
+
+    - `dry` [N]: of its friction that does not go with speed, of bristles that bend by 20 um (Dahl).
+    """
     mass, stiffness, friction, begun = 1.2, 900.0, 0.7, (0.031, -0.2)
 
+    bent = 20e-6
+
     def rates(_, y):
-        return y[1], -(stiffness * y[0] + friction * y[1]) / mass
+        push = stiffness * y[0] + friction * y[1] + dry * y[2] / bent
+        return y[1], -push / mass, y[1] - abs(y[1]) * y[2] / bent
 
     t = 0.01 * np.arange(600)
-    y = solved(rates, np.array(begun), t)
+    y = solved(rates, np.array([*begun, 0.0]), t)
     written(path, seed, {"t": (t, 0.0), "x": (1e3 * y[:, 0], 0.05)})
     return {
         "k_spring[spring]": stiffness,

@@ -143,8 +143,8 @@ def compared(spec_path: Path, law: str, seed: int, settings: str) -> dict:
     record of which nothing is read says nothing, and its flow keeps its prior.
     """
     from rigid.friction.comparison import compare
-    from rigid.friction.fits import fit_laws
-    from rigid.friction.models import models, without_friction
+    from rigid.friction.fits import Asked, fit_laws
+    from rigid.friction.models import Place, models, without_friction
     from rigid.likelihood.assemble import assemble
     from rigid.likelihood.listing import given_priors
     from rigid.records.read import read_records
@@ -152,7 +152,7 @@ def compared(spec_path: Path, law: str, seed: int, settings: str) -> dict:
     from rigid.spec import load_spec
 
     spec = load_spec(spec_path)
-    problem = assemble(without_friction(spec), read_records(spec))
+    problem = assemble(without_friction(spec, Place()), read_records(spec))
     if settings == "one":
         weights = {}
         for piece in problem.pieces:
@@ -161,7 +161,8 @@ def compared(spec_path: Path, law: str, seed: int, settings: str) -> dict:
             weights[piece.group, piece.quantity] = np.asarray(piece.weight) * stays
         problem = problem.with_weights(weights)
     began = time.monotonic(), time.process_time()
-    fitted = fit_laws(problem, models(spec, problem), given_priors(spec), seed, lambda _: None)
+    asked = Asked(problem, models(spec, problem, Place()), given_priors(spec), seed)
+    fitted = fit_laws(asked, lambda _: None)
     found = compare(fitted, seed)
     made = told(as_dict(spec, found, None, seed))
     again = replicates(fitted, law, seed) if settings == "three" else None

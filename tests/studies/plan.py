@@ -49,7 +49,7 @@ def one_campaign(case: Case) -> dict:
     found = search_from(made.problem, np.clip(made.z, -FARTHEST, FARTHEST)[None])
     known = propose(found, rng)
     asked = {name: quantity_of(found.problem, name, "study") for name in QUANTITIES}
-    ranking = rank(Fitted(spec, made.records, known), asked, stated(spec), SEED)
+    ranking = rank(Fitted(spec, made.records, known), asked, stated(spec, found.problem), SEED)
     before = _sds(found, asked)
     row: dict[str, Any] = {"case": case._asdict(), "before": before, "taken": {}}
     by_chance = int(rng.integers(1, len(ranking.possible)))

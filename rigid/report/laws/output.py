@@ -2,7 +2,6 @@
 
 from typing import Any
 
-from rigid.effects import CATALOGUE
 from rigid.friction.comparison import CANNOT_TELL, Comparison, Standing
 from rigid.friction.prior_widths import AS_STATED
 from rigid.inference.reference_check import SolverCheck
@@ -33,6 +32,7 @@ def as_dict(
         "schema": SCHEMA,
         "spec": spec.path.name,
         "simulated": spec.simulated,
+        "joint": found.first.model.place.joint or None,
         "usable": all(one["ok"] for one in listed),
         "checks": listed,
         "verdict": found.verdict,
@@ -98,7 +98,7 @@ def _law(one: Standing, found: Comparison) -> dict[str, Any]:
 
 def own_labels(one: Standing) -> list[str]:
     """Labels of a law's uncertain numbers of friction, the viscous coefficient's among them."""
-    names = {label for name in one.model.effects for label in CATALOGUE[name].labels()}
+    names = {label for name in one.model.effects for label in one.model.place.labels(name)}
     return [label for label in one.local.hypothesis.labels if label in names]
 
 

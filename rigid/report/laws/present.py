@@ -36,13 +36,17 @@ def content(spec: Spec, made: dict[str, Any], provenance: Provenance) -> FoundCo
     return found_content(spec, made, provenance, front(made), notes(made))
 
 
+def _where(made: dict[str, Any]) -> str:
+    return f" at the joint {made['joint']}" if made["joint"] else ""
+
+
 def front(made: dict[str, Any]) -> Front:
     """Question, verdict, answers, what these records cannot say, what to do."""
     settled = made["usable"] and made["verdict"] != CANNOT_TELL
     laws = made["laws"]
     record = made["next_record"]
     return Front(
-        asked=f"Which of {len(laws)} friction models do the records speak for?",
+        asked=f"Which of {len(laws)} friction models do the records speak for{_where(made)}?",
         state=GOOD if settled else BAD if not made["usable"] else RESERVE,
         ruling=ruling(made),
         why=tuple(c["says"] for c in made["checks"] if not c["ok"]),

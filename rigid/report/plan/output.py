@@ -57,6 +57,7 @@ def _record(one: Ranked, quantities: list[dict[str, Any]]) -> dict[str, Any]:
         "like": one.change.like,
         "preload": one.change.preload,
         "flow": one.change.flow,
+        "drive": one.change.drive,
         "interval": one.change.interval,
         "cost": one.change.cost,
         "worth": finite(one.worth),
