@@ -60,6 +60,8 @@ def _figure(records: Sequence[dict[str, Any]], names: Sequence[str], simulated: 
         axes.axvline(1.0, color=GREY, linewidth=0.5)
         axes.set_yticks(rows, [one["record"] for one in records])
         axes.set_ylim(-0.7, len(records) - 0.3)
-        axes.set_xlabel("standard deviation with one such record, over that without")
-        axes.legend(fontsize=7)
+        what = f"of {names[0]} " if len(names) == 1 else ""
+        axes.set_xlabel(f"standard deviation {what}with one such record, over that without")
+        if len(names) > 1:
+            axes.legend(fontsize=7)
         return figure
