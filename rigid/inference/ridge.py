@@ -209,7 +209,7 @@ class Cloud(NamedTuple):
     def moved(self, modes: list[Mode], rarity: Floats) -> "Cloud":
         """Centre and sds that modes tell; this cloud counts as many draws as there are entries.
 
-        No sd becomes less: what is there already bounds the ridge from within.
+        No sd becomes less than it is here.
         """
         w = np.array([mode.w for mode in modes])
         logs = -np.array([mode.value for mode in modes]) - rarity
