@@ -1,11 +1,8 @@
 """Friction models compared at a joint of a machine that a spec puts together."""
 
-import shutil
-from pathlib import Path
-
 import numpy as np
 import pytest
-from machines import simulated
+from machines.loading import machine
 
 import rigid
 from rigid.friction.models import (
@@ -24,18 +21,6 @@ from rigid.friction.models import (
 )
 from rigid.io.errors import InputError
 from rigid.likelihood.assemble import assemble
-
-SPECS = Path(__file__).parent / "machines"
-
-
-def machine(name: str, folder: Path, text=lambda spec: spec, **how) -> rigid.Study:
-    """Load a machine with its simulated readings, its spec perhaps with another text."""
-    simulated.MACHINES[name](folder / f"{name}.csv", **how)
-    path = folder / f"{name}.toml"
-    path.write_text(text((SPECS / path.name).read_text("utf-8")), "utf-8")
-    for file in SPECS.glob("*.py"):
-        shutil.copy(file, folder)
-    return rigid.load(path)
 
 
 def test_the_joint_that_rubs_is_meant(tmp_path):

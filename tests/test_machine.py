@@ -1,7 +1,6 @@
 """Machines that a spec puts together, held against simulators that share no code with it."""
 
 import re
-import shutil
 import tomllib
 from pathlib import Path
 
@@ -10,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from machines import simulated
+from machines.loading import SPECS, written
 
 import rigid
 from rigid.effects import CATALOGUE
@@ -24,19 +24,9 @@ from rigid.physics.slow import march as slow_march
 from rigid.records.read import read_records
 from rigid.report.discovery.output import at_joint
 
-SPECS = Path(__file__).parent / "machines"
 WITHIN = 0.05
 """Noise sds by which readings may differ from those of the other simulator; its own tolerance is
 1e-9, that of the march 2e-5 of a swing, and swings are some thousand noise sds wide."""
-
-
-def written(name: str, folder: Path, text=lambda spec: spec) -> Path:
-    """Write a machine's readings and its spec, perhaps with another text."""
-    for file in SPECS.glob("*.py"):
-        shutil.copy(file, folder)
-    path = folder / f"{name}.toml"
-    path.write_text(text((SPECS / path.name).read_text("utf-8")), "utf-8")
-    return path
 
 
 def by_steps(spec: str) -> str:

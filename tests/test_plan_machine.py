@@ -1,11 +1,9 @@
 """The next record of a machine that a spec puts together: what may be taken, what it tells."""
 
-import shutil
-from pathlib import Path
-
 import numpy as np
 import pytest
 from machines import simulated
+from machines.loading import machine
 
 import rigid
 from rigid.inference.derived import values_of
@@ -13,18 +11,6 @@ from rigid.inference.newton import is_noise
 from rigid.inference.search import search
 from rigid.planning.change import Change, changed, driven, placed, stated
 from rigid.planning.quantity import quantity_of, slope
-
-SPECS = Path(__file__).parent / "machines"
-
-
-def machine(name: str, folder: Path, more: str = "") -> rigid.Study:
-    """Load a machine with its simulated readings, and perhaps with more text in its spec."""
-    for file in SPECS.glob("*.py"):
-        shutil.copy(file, folder)
-    simulated.MACHINES[name](folder / f"{name}.csv")
-    path = folder / f"{name}.toml"
-    path.write_text((SPECS / path.name).read_text("utf-8") + more, "utf-8")
-    return rigid.load(path)
 
 
 @pytest.mark.parametrize(

@@ -160,7 +160,7 @@ def dry_starts(
     if nowhere := [model.words for model in listed if not points[model.name]]:
         raise UnusableResultError(
             f"friction that is {' or '.join(nowhere)} can be simulated at no setting of its "
-            "priors: state priors of its numbers in [priors], or smaller steps in [solve]"
+            "priors: state priors of its numbers in [priors], or more steps in [solve]"
         )
     ranked = {name: sorted(p, key=lambda one: -one[0]) for name, p in points.items()}
     return Starts({n: [p for _, p in r[: most.get(n, 1)]] for n, r in ranked.items()}, changes)

@@ -1,0 +1,36 @@
+"""The specs of these machines beside readings that are simulated."""
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+from machines import simulated
+
+import rigid
+
+SPECS = Path(__file__).parent
+
+
+def as_it_is(spec: str) -> str:
+    """Leave the text of a spec alone."""
+    return spec
+
+
+def machine(
+    name: str, folder: Path, text: Callable[[str], str] = as_it_is, **how: float
+) -> rigid.Study:
+    """Load a machine with its simulated readings, its spec perhaps with another text.
+
+    - `how`: what its simulation takes beside the file.
+    """
+    simulated.MACHINES[name](folder / f"{name}.csv", **how)
+    return rigid.load(written(name, folder, text))
+
+
+def written(name: str, folder: Path, text: Callable[[str], str] = as_it_is) -> Path:
+    """Write a machine's spec and parts of its own, perhaps with another text."""
+    for file in SPECS.glob("servo_valve.py"):
+        shutil.copy(file, folder)
+    path = folder / f"{name}.toml"
+    path.write_text(text((SPECS / path.name).read_text("utf-8")), "utf-8")
+    return path
