@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy import stats
 
-from rigid.inference.adaptation import EVEN, Weighted, adapted, drawn, fitted
+from rigid.inference.adaptation import EVEN, LEAST_FAR, Weighted, adapted, drawn, fitted
 from rigid.inference.proposal import MixtureProposal, Mode, kish
 
 SIZE, DRAWS, DOF = 12, 8192, 16.0
@@ -80,7 +81,8 @@ def test_a_law_too_narrow_for_one_round_is_fitted_in_several(seed: int):
     assert often > max(EVEN, 2.0 * once)
 
 
-def test_one_round_is_enough_where_the_law_fits():
+def test_two_rounds_are_enough_where_the_law_fits():
+    """The second tries what the first one fitted."""
     asked = []
 
     def target(z: np.ndarray) -> np.ndarray:
@@ -88,4 +90,42 @@ def test_one_round_is_enough_where_the_law_fits():
         return -0.5 * (z**2).sum(axis=1)
 
     adapted(target, START, np.random.default_rng(3), DRAWS, DOF)
-    assert asked == [DRAWS]
+    assert asked == [DRAWS, DRAWS]
+
+
+SHOULDER, PEAK = 0.15, 0.2
+"""Share of the posterior in a shoulder as wide as the prior, and sd of the peak on it."""
+
+
+def on_a_shoulder(z: np.ndarray) -> np.ndarray:
+    peak, shoulder = (-0.5 * (z[:, 0] / w) ** 2 - np.log(w) for w in (PEAK, 1.0))
+    first = np.logaddexp(np.log(1.0 - SHOULDER) + peak, np.log(SHOULDER) + shoulder)
+    return first - 0.5 * (z[:, 1:] ** 2).sum(axis=1)
+
+
+@pytest.mark.parametrize("far", [True, False])
+def test_a_shoulder_is_covered_by_a_law_that_goes_far_and_by_no_other(far: bool):
+    """The curvature tells the peak alone, and weights of its own draws look even."""
+    own = np.eye(SIZE)
+    own[0, 0] = PEAK
+    modes = (Mode(np.zeros(SIZE), own, 0.0),)
+    wider = (Mode(np.zeros(SIZE), np.eye(SIZE), 0.0),) if far else ()
+    weights = np.array([0.8, 0.2] if far else [1.0])
+    first = MixtureProposal(modes, weights, 8.0, wider)
+    rng = np.random.default_rng(5)
+    law = adapted(on_a_shoulder, first, rng, 2048, DOF)
+    found = drawn(on_a_shoulder, law, rng, DRAWS)
+    assert found.even > EVEN
+    outside = np.abs(found.z[:, 0]) > 4.0 * PEAK
+    share = found.weight[outside].sum() / found.weight.sum()
+    true = SHOULDER * 2.0 * stats.norm.sf(4.0 * PEAK)
+    error = np.sqrt(true / kish(found.weight))
+    assert (abs(share - true) < 4.0 * error) == far
+
+
+def test_a_wider_law_is_never_given_up():
+    wider = (Mode(np.zeros(SIZE), 3.0 * np.eye(SIZE), 0.0),)
+    first = MixtureProposal(START.modes, np.array([0.8, 0.2]), 8.0, wider)
+    found = drawn(lambda z: -0.5 * (z**2).sum(axis=1), first, np.random.default_rng(0), DRAWS)
+    weights = fitted(first, found, DOF).weights
+    assert weights[1] == pytest.approx(LEAST_FAR * weights[0])

@@ -12,7 +12,15 @@ from rigid.inference.adaptation import drawn
 from rigid.inference.coordinates import Bend, Chart
 from rigid.inference.newton import Expansion, expanded, is_noise, joined, local
 from rigid.inference.proposal import MixtureProposal
-from rigid.inference.ridge import Cloud, Local, Mode, bend_of
+from rigid.inference.ridge import (
+    SPREAD,
+    Cloud,
+    ConditionalMode,
+    Directions,
+    Local,
+    bend_of,
+    mode_at,
+)
 from rigid.inference.search import Optimum, search
 
 NAMES = ("stiffness", "mass", "frame", "noise")
@@ -125,12 +133,44 @@ def test_points_go_where_the_posterior_is():
     cloud = Cloud(np.zeros(2), np.ones(2))
     w = cloud.points(np.random.default_rng(4).standard_normal((2048, 2)))
     value = 0.5 * np.sum(((w - centre) / sds) ** 2, axis=1)
-    modes = [Mode(at, np.zeros(1), np.zeros((1, 2)), v) for at, v in zip(w, value, strict=True)]
+    modes = [
+        ConditionalMode(at, np.zeros(1), np.zeros((1, 2)), v)
+        for at, v in zip(w, value, strict=True)
+    ]
     moved = cloud.moved(modes, cloud.log_density(w))
     np.testing.assert_allclose(moved.centre, centre, atol=0.15)
     np.testing.assert_allclose(moved.sds, sds, atol=0.15)
     few = cloud.moved(modes[:1], cloud.log_density(w[:1]))
     assert np.all(np.abs(few.centre) <= np.abs(w[0]) / 3.0 + 1e-12)
+
+
+def test_far_points_are_those_of_the_prior():
+    """Along what is told to 0.5 and 0.8 prior sds; along what is told to 0.2 as the posterior."""
+    z = np.array([0.6, -0.3, 0.2, 0.0])
+    widths = np.array([0.8, 0.5, 0.2])
+    along = Directions(np.diag([*widths, 1e-3]), widths, 1)
+    far = Cloud.of_prior(dataclasses.replace(optimum(), z=z), along)
+    w = far.points(np.random.default_rng(2).standard_normal((4096, 3)))
+    at = z[:3] + widths * w
+    np.testing.assert_allclose(at.mean(axis=0), [0.0, 0.0, 0.2], atol=5.0 / 64.0)
+    np.testing.assert_allclose(at.std(axis=0), [1.0, 1.0, 0.2 * SPREAD], atol=4.0 / 64.0)
+
+
+def test_a_mode_is_found_from_afar_by_shorter_steps():
+    """A full Newton step on log cosh from 1.5 leads away, and away from there for good."""
+
+    def steep(z: np.ndarray, others: np.ndarray) -> Expansion:
+        value = 100.0 * np.log(np.cosh(z[1] - z[0]))
+        slope = 100.0 * np.tanh(z[1] - z[0]) * np.array([-1.0, 1.0])
+        bend = 100.0 / np.cosh(z[1] - z[0]) ** 2 * np.outer([-1.0, 1.0], [-1.0, 1.0])
+        return Expansion(value, slope, bend)
+
+    best = Optimum(np.zeros(2), np.zeros((0, 2)), np.eye(2), 0.0, 1, 0.0)
+    along = Directions(np.eye(2), np.ones(1), 1)
+    found = mode_at(steep, best, along, np.array([1.5]), np.zeros(1))
+    assert found is not None
+    assert found.x[0] == pytest.approx(1.5, abs=0.2)
+    np.testing.assert_allclose(found.slopes, [[1.0]])
 
 
 def test_maps_follow_one_another(chart: Chart):

@@ -214,7 +214,8 @@ def test_a_chain_goes_on_while_walkers_are_under_way(monkeypatch):
 
 def test_modes_get_their_weight_wherever_the_walkers_begin():
     log_prob, modes = two_modes()
-    weights = mode_weights(log_prob, modes, np.random.default_rng(1), 2_000).weights
+    even = MixtureProposal(modes, np.ones(len(modes)))
+    weights = mode_weights(log_prob, even, np.random.default_rng(1), 2_000).weights
     settings = replace(QUICK, ess=2_000.0)
     for law in (weights, np.array([0.5, 0.5])):  # the second puts half of the walkers in each
         proposal = MixtureProposal(modes, law)

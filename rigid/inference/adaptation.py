@@ -9,9 +9,11 @@ from rigid.inference.proposal import LogProb, MixtureProposal, Mode, Random, kis
 
 LEAST_WEIGHT = 1e-3
 """Of a mode, so that none found is never proposed."""
+LEAST_FAR = 0.05
+"""Of a wider law, times the weight of its mode's own, so that what is far is watched for."""
 ROUNDS = 4
 EVEN = 0.2
-"""Share of effective draws from which on one round is enough."""
+"""Share of effective draws of a fitted proposal from which on it is good enough."""
 
 
 class Weighted(NamedTuple):
@@ -51,9 +53,10 @@ def adapted(
     - log_prob: (n, d) -> (n,), unnormalised log posterior. - first: proposal around its modes.
     - draws: in each round. - dof: of the new proposal.
 
-    One round is enough where the weights of its draws are even. Else each draws of the proposal
-    fitted to all draws before, weighted by the mixture of the proposals that they came from, and
-    the proposal whose own draws had the most even weights is taken.
+    Each draws of the proposal fitted to all draws before, weighted by the mixture of the proposals
+    that they came from. Two rounds are enough where a fitted proposal has draws of even weights.
+    Where none has, that whose draws had the most even ones is taken. What a round only fitted may
+    lean on one draw that weighs much: it is not taken untried.
 
     Source: Cornuet et al. (2012), adaptive multiple importance sampling.
     """
@@ -66,8 +69,8 @@ def adapted(
         mixed = np.logaddexp.reduce([proposal.log_density(z) for proposal in proposals], axis=0)
         shares.append(fresh.even)
         proposals.append(fitted(first, Weighted(z, raw - mixed), dof))
-        if shares[-1] >= EVEN:
-            return proposals[-1]
+        if len(shares) > 1 and shares[-1] >= EVEN:
+            break
     return proposals[int(np.argmax(shares))]
 
 
@@ -82,13 +85,16 @@ def fitted(proposal: MixtureProposal, found: Weighted, dof: float) -> MixturePro
     if not np.any(np.isfinite(found.log_weight)):
         return proposal
     shares = proposal.responsibilities(found.z) * found.weight[:, None]
-    modes = tuple(_moved(m, found.z, s) for m, s in zip(proposal.modes, shares.T, strict=True))
+    k = len(proposal.modes)
+    laws = [_moved(law, found.z, s) for law, s in zip(proposal.laws, shares.T, strict=True)]
     weights = np.maximum(shares.sum(axis=0) / shares.sum(), LEAST_WEIGHT)
-    return MixtureProposal(modes, weights, dof)
+    if proposal.wider:
+        weights[k:] = np.maximum(weights[k:], LEAST_FAR * weights[:k])
+    return MixtureProposal(tuple(laws[:k]), weights, dof, tuple(laws[k:]))
 
 
 def _moved(mode: Mode, z: NDArray[np.float64], weight: NDArray[np.float64]) -> Mode:
-    """One mode's proposal made to fit.
+    """One law made to fit.
 
     In its own units the draws have the identity as covariance where it is right, and eigenvalues
     between (1 - sqrt(d/n))^2 and (1 + sqrt(d/n))^2 from chance alone (Marchenko and Pastur 1967),

@@ -27,7 +27,7 @@ from rigid.inference.pointwise import Blocks, blocks
 from rigid.inference.posterior import stack
 from rigid.inference.proposal import MixtureProposal, ModeWeights, mode_weights
 from rigid.inference.reference_check import SolverCheck, against_reference
-from rigid.inference.ridge import ridge_chart
+from rigid.inference.ridge import as_wide_as_prior, ridge_chart
 from rigid.inference.sample import Draws, Settings, Status, sample
 from rigid.inference.search import Found, compile_programs, search_from
 from rigid.inference.search_cache import Searched, once
@@ -56,6 +56,8 @@ UNRELIABLE = 0.7
 """Pareto shape of importance weights from which on the laws around the best fits do not cover the
 posterior: where a model misses something. Source: Vehtari et al. (2024), section 3."""
 
+FAR_SHARE = 0.2
+"""Of the first draws, for laws as wide as the prior along what is hardly told."""
 FIRST_DOF, DOF = 8.0, 16.0
 """Of the Student laws around the best fits, whose widths are not known well, and of those fitted to
 the posterior: heavier tails than a Gaussian, so that no region is proposed too rarely."""
@@ -195,13 +197,18 @@ def propose(found: Found, rng: np.random.Generator, chart: Chart | None = None) 
     """
     chart = ridge_chart(found) if chart is None else chart
     density = chart.density(lambda z: log_density(found.problem, z))
-    modes = tuple(chart.mode(o) for o in found.optima)
-    first = MixtureProposal(modes, np.ones(len(modes)), FIRST_DOF)
-    law = adapted(density, first, rng, MODE_DRAWS * len(modes), DOF)
-    weights = mode_weights(density, law.modes, rng, MODE_DRAWS, DOF)
-    floored = np.maximum(weights.weights, LEAST_WEIGHT)
-    law = MixtureProposal(law.modes, floored / floored.sum(), DOF)
+    law = adapted(density, laid_over(found, chart), rng, MODE_DRAWS * len(found.optima), DOF)
+    weights = mode_weights(density, law, rng, MODE_DRAWS)
+    law = law.shared(np.maximum(weights.weights, LEAST_WEIGHT))
     return Searched(found, chart, law, weights)
+
+
+def laid_over(found: Found, chart: Chart) -> MixtureProposal:
+    """Lay a law over each mode, as curvature tells it, and one that the prior tells beside it."""
+    modes = tuple(chart.mode(o) for o in found.optima)
+    wider = tuple(as_wide_as_prior(found.problem, chart.straightened(o)) for o in found.optima)
+    weights = np.repeat([1.0 - FAR_SHARE, FAR_SHARE], len(modes))
+    return MixtureProposal(modes, weights, FIRST_DOF, wider)
 
 
 def fingerprint(spec: Spec, records: tuple[Record, ...], seed: int) -> dict[str, str]:

@@ -1,7 +1,7 @@
 """The mixture of Student-t laws laid over the modes of the posterior, and the modes' weights."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -38,27 +38,39 @@ class Mode:
 
 @dataclass(frozen=True, eq=False)
 class MixtureProposal:
-    """A mixture of multivariate Student-t laws, one over each mode.
+    """A mixture of multivariate Student-t laws, one or two over each mode.
 
     - modes: k of them; the covariance of a mode is the scale matrix of its law
-    - weights: (k,), positive, made to sum to one
+    - weights: (laws,), positive, made to sum to one
     - dof: degrees of freedom. Six: the density ratio of a Gaussian posterior stays bounded, and a
       tail some three times heavier than the Gaussian covers a posterior that is skewed
+    - wider: none, or for each mode a law that goes farther, after those of the modes. Where a
+      reading stands between two steps of its converter the posterior is a narrow peak on a wide
+      shoulder: the curvature at the mode tells the peak alone.
 
-    Source: multivariate t as in Kotz and Nadarajah (2004), eq. (1.1).
+    Source: multivariate t as in Kotz and Nadarajah (2004), eq. (1.1); a wider law beside the one
+    that fits is the defensive mixture of Hesterberg (1995), Technometrics 37.
     """
 
     modes: tuple[Mode, ...]
     weights: NDArray[np.float64]
     dof: float = 6.0
+    wider: tuple[Mode, ...] = ()
 
     def __post_init__(self) -> None:
         weights = np.asarray(self.weights, dtype=float)
-        if weights.shape != (len(self.modes),) or not np.all(weights >= 0.0) or weights.sum() <= 0:
-            raise ValueError(f"weights {weights} for {len(self.modes)} modes")
+        if len(self.wider) not in (0, len(self.modes)):
+            raise ValueError(f"{len(self.wider)} wider laws for {len(self.modes)} modes")
+        if weights.shape != (len(self.laws),) or not np.all(weights >= 0.0) or weights.sum() <= 0:
+            raise ValueError(f"weights {weights} for {len(self.laws)} laws")
         if abs(weights.sum() - 1.0) > 1e-12:  # else leave every bit: a resumed chain needs them
             weights = weights / weights.sum()
         object.__setattr__(self, "weights", weights)
+
+    @property
+    def laws(self) -> tuple[Mode, ...]:
+        """Those of the modes, then the wider ones."""
+        return self.modes + self.wider
 
     @property
     def dimension(self) -> int:
@@ -67,7 +79,7 @@ class MixtureProposal:
 
     def sample(self, rng: Random, n: int) -> NDArray[np.float64]:
         """Draw n points, (n, d)."""
-        which = rng.choice(len(self.modes), size=n, p=self.weights)
+        which = rng.choice(len(self.laws), size=n, p=self.weights)
         normal = rng.standard_normal((n, self.dimension))
         stretch = np.sqrt(self.dof / rng.chisquare(self.dof, n))
         steps = np.einsum("nij,nj->ni", self._factors[which], normal)
@@ -79,7 +91,7 @@ class MixtureProposal:
         Centre and widths go from those of the mode to those of the prior, in the logarithm of the
         widths; a quarter of the points go by less than half of the way.
         """
-        which = rng.choice(len(self.modes), size=n, p=self.weights)
+        which = rng.choice(len(self.laws), size=n, p=self.weights)
         way = np.sqrt(rng.uniform(size=(n, 1)))
         normal = rng.standard_normal((n, self.dimension))
         variance, axes = np.linalg.eigh(self._factors @ np.swapaxes(self._factors, 1, 2))
@@ -92,15 +104,32 @@ class MixtureProposal:
 
     def mode_of(self, z: NDArray[np.float64]) -> NDArray[np.intp]:
         """Index of the mode each point of z (n, d) most probably belongs to, (n,)."""
-        return np.argmax(self._log_joint(z), axis=1)
+        return np.argmax(self._by_mode(self._log_joint(z)), axis=1)
+
+    def shares(self, z: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Probability that each point of z (n, d) belongs to each mode, (n, k)."""
+        joint = self._by_mode(self._log_joint(z))
+        return np.exp(joint - np.logaddexp.reduce(joint, axis=1, keepdims=True))
+
+    def shared(self, shares: NDArray[np.float64]) -> "MixtureProposal":
+        """Return the mixture in which each mode has the weight that `shares` (k,) says."""
+        own = self.weights.reshape(-1, len(self.modes))
+        return replace(self, weights=(own / own.sum(axis=0) * shares).ravel())
+
+    def alone(self, mode: int) -> "MixtureProposal":
+        """Return the mixture over one mode."""
+        own = self.weights.reshape(-1, len(self.modes))[:, mode]
+        return replace(
+            self, modes=(self.modes[mode],), weights=own, wider=self.wider[mode : mode + 1]
+        )
 
     def responsibilities(self, z: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Probability that each point of z (n, d) was drawn from each mode, (n, k)."""
+        """Probability that each point of z (n, d) was drawn from each law, (n, laws)."""
         joint = self._log_joint(z)
         return np.exp(joint - np.logaddexp.reduce(joint, axis=1, keepdims=True))
 
     def _log_joint(self, z: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Log of weight times density of each law at z, (n, k)."""
+        """Log of weight times density of each law at z, (n, laws)."""
         d, dof = self.dimension, self.dof
         laws = zip(self._means, self._inverses, strict=True)
         # einsum, for the threads of a triangular solver cost 200 times the sum itself.
@@ -108,13 +137,17 @@ class MixtureProposal:
         distance = np.stack([np.sum(w**2, axis=1) for w in whitened], axis=1)
         return self._log_heights - (dof + d) / 2 * np.log1p(distance / dof)
 
+    def _by_mode(self, joint: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Logs (n, laws) of each law as those of each mode, (n, k)."""
+        return np.logaddexp.reduce(joint.reshape(len(joint), -1, len(self.modes)), axis=1)
+
     @cached_property
     def _means(self) -> NDArray[np.float64]:
-        return np.stack([mode.mean for mode in self.modes])
+        return np.stack([law.mean for law in self.laws])
 
     @cached_property
     def _factors(self) -> NDArray[np.float64]:
-        return np.stack([mode.covariance_factor for mode in self.modes])
+        return np.stack([law.covariance_factor for law in self.laws])
 
     @cached_property
     def _inverses(self) -> NDArray[np.float64]:
@@ -151,12 +184,12 @@ class ModeWeights:
 
 
 def mode_weights(
-    log_prob: LogProb, modes: tuple[Mode, ...], rng: Random, draws: int, dof: float = 6.0
+    log_prob: LogProb, proposal: MixtureProposal, rng: Random, draws: int
 ) -> ModeWeights:
     """Evidence of each mode, found without any walker: where a chain began plays no part.
 
     - log_prob: (n, d) -> (n,), unnormalised log posterior
-    - draws: number of points drawn from the law over each mode
+    - draws: number of points drawn from the laws over each mode
 
     Every draw is weighted with the mixture of all laws, and shared out between the modes by the
     probability of each under Laplace's weights: shares sum to one, so that what two overlapping
@@ -165,8 +198,8 @@ def mode_weights(
     Raises UnusableResultError when no draw has a finite log posterior.
     Source: Owen and Zhou (2000), "Safe and effective importance sampling".
     """
-    k = len(modes)
-    z = np.concatenate([MixtureProposal((m,), np.ones(1), dof).sample(rng, draws) for m in modes])
+    k = len(proposal.modes)
+    z = np.concatenate([proposal.alone(i).sample(rng, draws) for i in range(k)])
     raw = np.asarray(log_prob(z), dtype=float)
     failed = np.isnan(raw) | (raw == np.inf)
     log_weight = np.where(failed, -np.inf, raw)
@@ -175,9 +208,9 @@ def mode_weights(
             f"none of {len(z)} points drawn around the best fits has a finite posterior: their "
             "covariance is wrong, or the model fails next to them"
         )
-    log_weight = log_weight - MixtureProposal(modes, np.ones(k), dof).log_density(z)
+    log_weight = log_weight - proposal.shared(np.ones(k)).log_density(z)
     weight = np.exp(log_weight - log_weight.max())
-    shares = MixtureProposal(modes, _laplace_weights(modes), dof).responsibilities(z)
+    shares = proposal.shared(_laplace_weights(proposal.modes)).shares(z)
     weights = weight @ shares
     weights = weights / weights.sum()  # to the last bit, so that a mode alone has weight 1
     influence = (weight[:, None] * (shares - weights)).reshape(k, draws, k)

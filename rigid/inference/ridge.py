@@ -32,7 +32,7 @@ from scipy.stats import norm, qmc
 
 from rigid.inference.coordinates import Bend, Chart, Floats, bend_slopes, bend_terms, chart_of
 from rigid.inference.newton import Expansion, expanded, is_noise, joined
-from rigid.inference.proposal import kish
+from rigid.inference.proposal import Mode, kish
 from rigid.inference.search import Found, Optimum
 from rigid.likelihood.problem import Problem
 
@@ -43,7 +43,7 @@ third. Where narrower ones than these count as well, points in so many dimension
 ridge of hard campaigns, whose tails are then missed (docs/studies/validation.md)."""
 SPREAD = 1.25
 """Of the points w, in posterior sds: a polynomial is worth little beyond them, and stays there."""
-FEWEST, MOST = 16, 64
+FEWEST, MOST = 32, 64
 """Points w in the first round, and at most; each round has twice as many as the one before."""
 COVERED = 0.9
 """Overlap with the posterior from which on no further points are asked for."""
@@ -80,7 +80,7 @@ class Directions(NamedTuple):
         return len(self.widths)
 
 
-class Mode(NamedTuple):
+class ConditionalMode(NamedTuple):
     """Where the posterior is highest given w (wide,).
 
     - `x` (n,): the narrow entries, then gains and zeros; `slopes` (n, wide): dx/dw.
@@ -107,6 +107,17 @@ def ridge_chart(found: Found) -> Chart:
     return chart
 
 
+def as_wide_as_prior(problem: Problem, there: Optimum) -> Mode:
+    """Return a law over an optimum that is the prior along what records hardly tell."""
+    along = directions(there, is_noise(problem), WIDE[0])
+    narrower = np.minimum(along.widths, 1.0)
+    axes = along.factor[:, : along.wide] / along.widths
+    covariance = there.covariance + (axes * (1.0 - narrower**2)) @ axes.T
+    mean = there.z - axes @ (axes.T @ there.z)
+    factor = np.asarray(np.linalg.cholesky(covariance), dtype=np.float64)
+    return Mode(mean, factor, there.log_posterior)
+
+
 def bend_of(local: Local, there: Optimum, held: NDArray[np.bool_], width: float) -> Bend | None:
     """Return what straightens a posterior around an optimum; None where it is straight.
 
@@ -116,23 +127,24 @@ def bend_of(local: Local, there: Optimum, held: NDArray[np.bool_], width: float)
     if not along.wide or not along.narrow:
         return None
     normal = np.asarray(norm.ppf(qmc.Sobol(along.wide, rng=1).random(MOST)), dtype=np.float64)
-    clouds = [Cloud(np.zeros(along.wide), np.ones(along.wide))]
+    far, clouds = Cloud.of_prior(there, along), [Cloud(np.zeros(along.wide), np.ones(along.wide))]
     about = partial(mode_at, local, there, along)
-    flat = np.zeros((MOST, along.narrow + there.standard.size))
-    origin = about(np.zeros(along.wide), flat[0])
+    origin = about(np.zeros(along.wide), np.zeros(along.narrow + there.standard.size))
     if origin is None:
         return None
     modes, design, share, strengths = [], None, -1.0, np.zeros(0)
     tried, count = 0, FEWEST
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
         while share < COVERED and tried < MOST:
-            w = clouds[-1].points(normal[tried:count])
-            near = design.foretold(w, strengths) if design else flat[tried:count]
-            modes += [mode for mode in pool.map(about, w, near) if mode is not None]
+            # The far ones after the near ones, for they begin where these lead.
+            for cloud, first in ((clouds[-1], tried), (far, tried + 1)):
+                w = cloud.points(normal[first:count:2])
+                near = [followed([origin, *modes], at) for at in w]
+                modes += [mode for mode in pool.map(about, w, near) if mode is not None]
             tried, count = count, 2 * count
             if len(modes) < 2:
                 return None
-            rarity = rarity_of(modes, clouds)
+            rarity = rarity_of(modes, [*clouds, far])
             design = Design.of(modes, origin, along, rarity)
             clouds.append(clouds[0].moved(modes, rarity))
             if design.overlap(np.zeros(design.x.shape)) > STRAIGHT:
@@ -163,7 +175,7 @@ def directions(there: Optimum, held: NDArray[np.bool_], least: float) -> Directi
 
 def mode_at(
     local: Local, there: Optimum, along: Directions, w: Floats, near: Floats
-) -> Mode | None:
+) -> ConditionalMode | None:
     """Return the conditional mode at w (wide,); None where Newton steps lead to none.
 
     - `near` (narrow + gains and zeros,): x where they begin, from that of the optimum on.
@@ -172,23 +184,33 @@ def mode_at(
     last = wide + along.narrow
     axes = np.asarray(block_diag(along.factor[:, wide:last], np.eye(there.standard.size)))
     value, x = np.inf, near
+    before = x
     for _ in range(STEPS):
         q = np.concatenate([w, x[: along.narrow], np.zeros(size - last)])
         others = there.standard.ravel() + x[along.narrow :]
         at = local(there.z + along.factor @ q, others)
-        if not np.isfinite(at.value) or at.value > value:
-            return None
+        if not at.value <= value:  # too long a step, or one to where nothing can be simulated
+            if before is x:
+                return None
+            x = 0.5 * (before + x)
+            continue
         information, gradient = np.asarray(at.information), np.asarray(at.gradient)
         known, slope = axes.T @ information @ axes, axes.T @ gradient
         step = -np.linalg.solve(known, slope)
-        x, promise = x + step, -0.5 * float(slope @ step)
+        before, x, promise = x, x + step, -0.5 * float(slope @ step)
         if promise < SETTLED:
             across = information[:, :size] @ along.factor[:, :wide]
             slopes = np.asarray(-np.linalg.solve(known, axes.T @ across), dtype=np.float64)
             volume = 0.5 * float(np.linalg.slogdet(known)[1])
-            return Mode(w, x, slopes, float(at.value) - promise + volume)
+            return ConditionalMode(w, x, slopes, float(at.value) - promise + volume)
         value = float(at.value) + SETTLED
     return None
+
+
+def followed(modes: list[ConditionalMode], w: Floats) -> Floats:
+    """Where the nearest of some modes and its slopes say that the one at w is."""
+    nearest = min(modes, key=lambda mode: float(np.sum((mode.w - w) ** 2)))
+    return nearest.x + nearest.slopes @ (w - nearest.w)
 
 
 class Cloud(NamedTuple):
@@ -196,6 +218,14 @@ class Cloud(NamedTuple):
 
     centre: Floats
     sds: Floats
+
+    @classmethod
+    def of_prior(cls, there: Optimum, along: Directions) -> "Cloud":
+        """That of the prior along those told by less than the first of WIDE; others as told."""
+        axes = along.factor[:, : along.wide] / along.widths
+        hardly = along.widths > WIDE[0]
+        centre = np.where(hardly, -(there.z @ axes) / along.widths, 0.0)
+        return cls(centre, np.where(hardly, 1.0 / (SPREAD * along.widths), 1.0))
 
     def points(self, normal: Floats) -> Floats:
         """Points (n, wide) for standard normal numbers, SPREAD times as far."""
@@ -206,7 +236,7 @@ class Cloud(NamedTuple):
         off = (w - self.centre) / (SPREAD * self.sds)
         return -0.5 * np.sum(off**2, axis=1) - np.sum(np.log(self.sds))
 
-    def moved(self, modes: list[Mode], rarity: Floats) -> "Cloud":
+    def moved(self, modes: list[ConditionalMode], rarity: Floats) -> "Cloud":
         """Centre and sds that modes tell; this cloud counts as many draws as there are entries.
 
         No sd becomes less than it is here.
@@ -222,7 +252,7 @@ class Cloud(NamedTuple):
         return Cloud(centre, np.maximum(np.sqrt(variance), self.sds))
 
 
-def rarity_of(modes: list[Mode], clouds: list[Cloud]) -> Floats:
+def rarity_of(modes: list[ConditionalMode], clouds: list[Cloud]) -> Floats:
     """How often points of some clouds lie where modes do, logs up to a constant, (modes,)."""
     w = np.array([mode.w for mode in modes])
     return np.logaddexp.reduce([cloud.log_density(w) for cloud in clouds], axis=0)
@@ -246,7 +276,13 @@ class Design(NamedTuple):
     narrow: int
 
     @classmethod
-    def of(cls, modes: list[Mode], origin: Mode, along: Directions, rarity: Floats) -> "Design":
+    def of(
+        cls,
+        modes: list[ConditionalMode],
+        origin: ConditionalMode,
+        along: Directions,
+        rarity: Floats,
+    ) -> "Design":
         """Gather modes; `origin` is that at the optimum, `rarity` (modes,) of points near them."""
         w = np.array([mode.w for mode in modes])
         # What the posterior at w is to how often such w are tried.
