@@ -358,9 +358,16 @@ def test_the_simplest_formula_is_found(curve, words):
     place = np.linspace(-2.0, 2.0, 9)
     noise = 0.01 * np.random.default_rng(401).standard_normal(9)
     found = simplest(place, curve(place) + noise, 1e-4 * np.eye(9), "v")
+    assert found is not None
     number, form = found.words.split(" ", 1)
     assert form == words.split(" ", 1)[1]
     assert float(number) == pytest.approx(float(words.split()[0]), abs=0.03)
+
+
+def test_where_no_formula_fits_there_is_none():
+    """A narrow bump, told to 5 %, among forms that are straight, even or odd."""
+    place = np.linspace(-2.0, 2.0, 9)
+    assert simplest(place, np.exp(-(((place - 1.0) / 0.4) ** 2)), 25e-4 * np.eye(9), "v") is None
 
 
 def test_a_change_that_no_sample_feels_has_a_place_all_the_same():

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from rigid.effects import AbstractEffect
+from rigid.likelihood.machine import Place
 from rigid.likelihood.parameters import Scoped
 from rigid.likelihood.tracks import Track
 from rigid.physics import full, inverse, release, slow, staggered
@@ -35,6 +36,11 @@ class AbstractGroup(eqx.Module):
     effects: eqx.AbstractVar[tuple[type[AbstractEffect], ...]]
     tolerance: eqx.AbstractVar[float | None]
     quantities: eqx.AbstractClassVar[tuple[str, ...]]
+
+    @property
+    def places(self) -> tuple[Place, ...]:
+        """Joints of the machine that is simulated; () for the rig of eqs. (19)-(22)."""
+        return ()
 
     @property
     def samples(self) -> int:

@@ -41,6 +41,16 @@ class Coordinate:
         return {"": 1.0, "x": at[1], "y": -at[0]}[self.axis]
 
 
+Way = frozenset[tuple[float, ...]]
+"""How something moves with the coordinates, one direction or the other taken for positive."""
+
+
+def either_way(moved: Iterable[float]) -> Way:
+    """Return the way of what moves so much for each coordinate."""
+    once = tuple(moved)
+    return frozenset((once, tuple(-one for one in once)))
+
+
 @dataclasses.dataclass(frozen=True)
 class Place:
     """A joint by name: how its ends move with the coordinates, and whether there is oil."""
@@ -51,10 +61,14 @@ class Place:
     oil: bool
 
     @property
-    def way(self) -> frozenset[tuple[float, ...]]:
+    def way(self) -> Way:
         """How its ends move apart with the coordinates, one end or the other taken for ahead."""
-        apart = tuple(a - b for a, b in zip(self.ahead, self.behind, strict=True))
-        return frozenset((apart, tuple(-one for one in apart)))
+        return either_way(a - b for a, b in zip(self.ahead, self.behind, strict=True))
+
+    @property
+    def way_behind(self) -> Way:
+        """How its end behind moves, over the ground."""
+        return either_way(self.behind)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -11,11 +11,11 @@ from jax import Array
 from rigid.effects import AbstractEffect
 from rigid.io.errors import InputError
 from rigid.likelihood.groups import AbstractGrid, AbstractGroup, flow_label
-from rigid.likelihood.machine import Layout
+from rigid.likelihood.machine import Layout, Place
 from rigid.likelihood.tracks import Track
 from rigid.physics import machine_run
 from rigid.physics.drive import Drive
-from rigid.physics.machine import Machine
+from rigid.physics.machine import Machine, Reading
 from rigid.physics.machine_run import Drives
 
 X_START, V_START, P_START = "x_start", "v_start", "p_start"
@@ -37,13 +37,16 @@ class MachineGrid(AbstractGrid):
 
     def simulate(self, inputs: tuple) -> dict[str, Array]:
         """Return readings by quantity; `inputs` as of `MachineGroup.inputs`."""
-        machine, start, fractions = inputs
-        if self.tolerance is None:
-            read = machine_run.march(machine, start, fractions, self.drives)
-        else:
-            read = machine_run.reference(machine, start, fractions, self.drives, self.tolerance)
+        read = self.everywhere(inputs)
         runs, joints = (np.array(row) for row in zip(*self.picked, strict=True))
         return {q: series[:, joints, runs] for q, series in read._asdict().items()}
+
+    def everywhere(self, inputs: tuple) -> Reading:
+        """Return what sensors would read at all joints in all runs."""
+        machine, start, fractions = inputs
+        if self.tolerance is None:
+            return machine_run.march(machine, start, fractions, self.drives)
+        return machine_run.reference(machine, start, fractions, self.drives, self.tolerance)
 
 
 class MachineGroup(AbstractGroup):
@@ -64,6 +67,11 @@ class MachineGroup(AbstractGroup):
         "acceleration",
         "position",
     )
+
+    @property
+    def places(self) -> tuple[Place, ...]:
+        """Joints of the machine."""
+        return self.layout.places
 
     @property
     def runs(self) -> tuple[str, ...]:

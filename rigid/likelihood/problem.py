@@ -16,6 +16,7 @@ from rigid.effects import AbstractEffect
 from rigid.io.runtime import require_double
 from rigid.likelihood.channels import Piece
 from rigid.likelihood.groups import AbstractGroup, predictions
+from rigid.likelihood.machine import Place
 from rigid.likelihood.marginal import MarginalLikelihood, marginal_likelihood
 from rigid.likelihood.parameters import Parameters
 from rigid.likelihood.tracks import Track
@@ -97,6 +98,11 @@ class Problem(eqx.Module):
     def of_the_rig(self) -> bool:
         """Whether a record is of the rig; motions alone may be those of any machine."""
         return any(t.of.of_the_rig() for t in self.tracks)
+
+    @property
+    def places(self) -> tuple[Place, ...]:
+        """Joints of the machine that the records are of; () for the rig of eqs. (19)-(22)."""
+        return next((group.places for group in self.groups), ())
 
     @property
     def sensors(self) -> tuple[str, ...]:

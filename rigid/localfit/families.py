@@ -22,7 +22,7 @@ from rigid.effects import AbstractEffect
 from rigid.likelihood.groups import AbstractGrid, AbstractGroup, beating
 from rigid.likelihood.problem import Problem
 from rigid.localfit.candidates import quiet_values
-from rigid.localfit.hidden_inputs import HIDDEN
+from rigid.localfit.hidden_inputs import hidden_of
 from rigid.physics.rig import acting
 
 Effects = tuple[type[AbstractEffect], ...]
@@ -76,7 +76,7 @@ def families(
         return (_family(problem, listed),)
     steady = tuple(e for e in listed if e.steady)
     moving = [e for e in listed if not e.steady]
-    found = [_family(problem, steady + HIDDEN)]
+    found = [_family(problem, steady + hidden_of(problem))]
     plain = tuple(e for e in moving if not e.scales)
     if plain:
         found.append(_family(problem, plain))

@@ -5,8 +5,8 @@ height 0 they change nothing; what a bump would leave in the records is one forw
 """
 
 import dataclasses
-from collections.abc import Callable
-from typing import ClassVar
+from collections.abc import Callable, Iterator
+from typing import ClassVar, cast
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -14,6 +14,9 @@ from jax import Array
 
 from rigid.effects.base import AbstractEffect, Action, State
 from rigid.effects.declare import fixed, parameter
+from rigid.effects.placed import placed
+from rigid.likelihood.problem import Problem
+from rigid.physics.machine import LOAD_CELL
 
 
 @dataclasses.dataclass(frozen=True)
@@ -55,6 +58,7 @@ class AbstractHiddenInput(AbstractEffect):
 
     - `heights`: over each of `followed`; `centre`, `width`: of the bump; declared in that order.
     - `acts`: entry of `Action` that it adds to, with its `sign`.
+    - `at_a_joint`: what it is at a joint of a machine, in words.
     """
 
     heights: eqx.AbstractVar[Array]
@@ -62,6 +66,7 @@ class AbstractHiddenInput(AbstractEffect):
     width: eqx.AbstractVar[Array]
 
     followed: eqx.AbstractClassVar[tuple[Followed, ...]]
+    at_a_joint: ClassVar[str]
     acts: ClassVar[str] = "between"
     sign: ClassVar[float] = 1.0
     source: ClassVar[str] = "latent force; Alvarez, Luengo and Lawrence 2009, AISTATS 5, 9-16"
@@ -92,6 +97,7 @@ class HiddenForce(AbstractHiddenInput):
     name: ClassVar[str] = "hidden-force"
     equation: ClassVar[str] = "plunger-momentum"
     phrase: ClassVar[str] = "hidden force on the plunger"
+    at_a_joint: ClassVar[str] = "hidden force"
     followed: ClassVar[tuple[Followed, ...]] = (TIME, PRESSURE, STROKE, SPEED)
 
 
@@ -105,6 +111,7 @@ class HiddenFlow(AbstractHiddenInput):
     name: ClassVar[str] = "hidden-flow"
     equation: ClassVar[str] = "oil-balance"
     phrase: ClassVar[str] = "hidden flow into the chamber"
+    at_a_joint: ClassVar[str] = "hidden flow into the oil"
     followed: ClassVar[tuple[Followed, ...]] = (TIME, PRESSURE, STROKE, SPEED)
     kinds: ClassVar[tuple[str, ...] | None] = ("slow", "release")
     acts: ClassVar[str] = "leakage"
@@ -122,6 +129,7 @@ class HiddenDrag(AbstractHiddenInput):
     name: ClassVar[str] = "hidden-drag"
     equation: ClassVar[str] = "cylinder-momentum"
     phrase: ClassVar[str] = "hidden force on the cylinder"
+    at_a_joint: ClassVar[str] = "hidden force on what is behind"
     followed: ClassVar[tuple[Followed, ...]] = (TIME, CYLINDER_SPEED)
     kinds: ClassVar[tuple[str, ...] | None] = ("slow", "release")
     acts: ClassVar[str] = "on_cylinder"
@@ -138,6 +146,7 @@ class HiddenSpring(AbstractHiddenInput):
     name: ClassVar[str] = "hidden-spring"
     equation: ClassVar[str] = "load-cell"
     phrase: ClassVar[str] = "hidden force of the load-cell end"
+    at_a_joint: ClassVar[str] = "hidden force of the load cell"
     followed: ClassVar[tuple[Followed, ...]] = (TIME, LOAD)
     kinds: ClassVar[tuple[str, ...] | None] = ("slow", "release")
     acts: ClassVar[str] = "load_cell"
@@ -149,3 +158,40 @@ HIDDEN: tuple[type[AbstractHiddenInput], ...] = (
     HiddenFlow,
     HiddenSpring,
 )
+
+
+def at_joint(effect: type[AbstractHiddenInput], joint: str) -> type[AbstractHiddenInput]:
+    """Return a hidden force or flow as it acts at a joint of a machine; "" for the rig."""
+    return cast(type[AbstractHiddenInput], placed(effect, joint)) if joint else effect
+
+
+def hidden_of(problem: Problem) -> tuple[type[AbstractHiddenInput], ...]:
+    """Return what may be hidden from a problem: in the rig, or at the joints of a machine."""
+    if not problem.places:
+        return HIDDEN
+    return tuple(at_joint(effect, joint) for effect, joint, _ in at_joints(problem))
+
+
+def at_joints(
+    problem: Problem,
+) -> Iterator[tuple[type[AbstractHiddenInput], str, tuple[Followed, ...]]]:
+    """Yield hidden forces and flows with the joint at which each is looked for, and over what.
+
+    A force between two ends is the same at all joints between them, unless it goes with the
+    pressure of the oil there; one on the end behind is left out where a joint to the ground has it.
+    """
+    places = problem.places
+    ways = [place.way for place in places]
+    cells = {effect.place for effect in problem.effects if effect.equation == LOAD_CELL}
+    for number, place in enumerate(places):
+        if place.way not in ways[:number]:
+            yield HiddenForce, place.name, HiddenForce.followed
+        elif place.oil:
+            yield HiddenForce, place.name, (PRESSURE,)
+        if place.oil:
+            yield HiddenFlow, place.name, HiddenFlow.followed
+        others = [*ways, *(one.way_behind for one in places[:number])]
+        if any(place.behind) and place.way_behind not in others:
+            yield HiddenDrag, place.name, HiddenDrag.followed
+        if place.name in cells:
+            yield HiddenSpring, place.name, HiddenSpring.followed

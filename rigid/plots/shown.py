@@ -123,7 +123,7 @@ class HiddenShown:
     """A hidden force, flow or distortion against what explains it best.
 
     - `variable`, `variable_unit`, `name`, `unit`. - `place`, `mean`, `sd` (n,).
-    - `formula`: values (n,) of the simplest formula that fits, and its words.
+    - `formula`: values (n,) of the simplest formula that fits, and its `words`; None: none does.
     - `groups`: names of the places where these are no numbers: kinds of records, quantities; then
       the formula is what the model has there, and `model` says it.
     """
@@ -135,7 +135,7 @@ class HiddenShown:
     place: Float[np.ndarray, " n"]
     mean: Float[np.ndarray, " n"]
     sd: Float[np.ndarray, " n"]
-    formula: Float[np.ndarray, " n"]
+    formula: Float[np.ndarray, " n"] | None
     words: str
     groups: tuple[str, ...] = ()
     model: str = ""

@@ -3,6 +3,7 @@
 import shutil
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from machines import simulated
 
@@ -17,7 +18,7 @@ def as_it_is(spec: str) -> str:
 
 
 def machine(
-    name: str, folder: Path, text: Callable[[str], str] = as_it_is, **how: float
+    name: str, folder: Path, text: Callable[[str], str] = as_it_is, **how: Any
 ) -> rigid.Study:
     """Load a machine with its simulated readings, its spec perhaps with another text.
 

@@ -150,10 +150,16 @@ def shaker(path: Path, seed: int = 1) -> dict[str, float]:
     return {"K_valve": gain, "k_oil": bulk, "mu[head]": friction}
 
 
-def swing(path: Path, seed: int = 1, dry: float = 0.0) -> dict[str, float]:
+def swing(
+    path: Path,
+    seed: int = 1,
+    dry: float = 0.0,
+    extra: Callable[[float, float], float] = lambda x, v: 0.0,  # noqa: ARG005
+) -> dict[str, float]:
     """One body on a spring, let go and left to itself: its position is all that is read.
 
     - `dry` [N]: of its friction that does not go with speed, of bristles that bend by 20 um (Dahl).
+    - `extra`: one more force [N] on the body, of its place [m] and speed [m/s].
     """
     mass, stiffness, friction, begun = 1.2, 900.0, 0.7, (0.031, -0.2)
 
@@ -161,7 +167,7 @@ def swing(path: Path, seed: int = 1, dry: float = 0.0) -> dict[str, float]:
 
     def rates(_, y):
         push = stiffness * y[0] + friction * y[1] + dry * y[2] / bent
-        return y[1], -push / mass, y[1] - abs(y[1]) * y[2] / bent
+        return y[1], (extra(y[0], y[1]) - push) / mass, y[1] - abs(y[1]) * y[2] / bent
 
     t = 0.01 * np.arange(600)
     y = solved(rates, np.array([*begun, 0.0]), t)

@@ -77,10 +77,12 @@ class AbstractHidden(ABC):
         return ()
 
     def shown(self, found: "Inferred") -> HiddenShown:
-        """What the page shows of it: here a curve over the centres, with its simplest formula."""
+        """What the page shows of it: here a curve over the centres, with a formula if one fits."""
         formula = simplest(found.own.centre, found.mean, found.covariance, self.about.over.symbol)
         order = np.argsort(found.own.centre, kind="stable")
         place, mean, sd = (one[order] for one in (found.own.centre, found.mean, found.sd))
+        if formula is None:
+            return self.drawn(place, mean, sd, None, "")
         return self.drawn(place, mean, sd, formula.values[order], formula.words)
 
     def drawn(
@@ -88,7 +90,7 @@ class AbstractHidden(ABC):
         place: Float[np.ndarray, " n"],
         mean: Float[np.ndarray, " n"],
         sd: Float[np.ndarray, " n"],
-        formula: Float[np.ndarray, " n"],
+        formula: Float[np.ndarray, " n"] | None,
         words: str,
     ) -> HiddenShown:
         """A curve in its units, over what it goes by."""

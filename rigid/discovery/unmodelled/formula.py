@@ -4,6 +4,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import chi2
+
+LEAST = 1e-3
+"""Probability of a misfit as large, below which a formula does not fit."""
 
 FORMS: tuple[tuple[str, Callable[[np.ndarray], np.ndarray]], ...] = (
     ("a", lambda u: np.stack([np.ones_like(u)], axis=1)),
@@ -24,8 +28,10 @@ class Formula(NamedTuple):
     values: np.ndarray
 
 
-def simplest(place: np.ndarray, mean: np.ndarray, covariance: np.ndarray, symbol: str) -> Formula:
-    """Choose among FORMS for amplitudes with a Gaussian law.
+def simplest(
+    place: np.ndarray, mean: np.ndarray, covariance: np.ndarray, symbol: str
+) -> Formula | None:
+    """Choose among FORMS for amplitudes with a Gaussian law; None where the chosen does not fit.
 
     - `place`, `mean` (n,); `covariance` (n, n). - `symbol`: what u is called.
     """
@@ -33,17 +39,20 @@ def simplest(place: np.ndarray, mean: np.ndarray, covariance: np.ndarray, symbol
     u = place / scale
     ridge = 1e-9 * np.trace(covariance) / len(mean)
     precision = np.linalg.inv(covariance + ridge * np.eye(len(mean)))
-    best: tuple[float, str, np.ndarray, np.ndarray] | None = None
+    best: tuple[float, float, str, np.ndarray, np.ndarray] | None = None
     for words, form in FORMS:
         columns = form(u)
         normal = columns.T @ precision @ columns
         found, *_ = np.linalg.lstsq(normal, columns.T @ precision @ mean, rcond=None)
         left = mean - columns @ found
-        score = float(left @ precision @ left + len(found) * np.log(len(mean)))
+        misfit = float(left @ precision @ left)
+        score = misfit + len(found) * np.log(len(mean))
         if best is None or score < best[0]:
-            best = (score, words, found, columns @ found)
+            best = (score, misfit, words, found, columns @ found)
     assert best is not None  # FORMS is not empty
-    _, words, numbers, values = best
+    _, misfit, words, numbers, values = best
+    if chi2.sf(misfit, len(mean) - len(numbers)) < LEAST:
+        return None
     return Formula(_worded(words, numbers, scale, symbol), values)
 
 

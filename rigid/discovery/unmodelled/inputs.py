@@ -9,6 +9,7 @@ from jaxtyping import Float
 
 from rigid.discovery.fitted import Fitted
 from rigid.discovery.unmodelled.base import About, Bumps, Curve, together
+from rigid.discovery.unmodelled.joints import Span, paths_at_joints
 from rigid.kinds import kinds_with
 from rigid.localfit.hidden_inputs import (
     CYLINDER_SPEED,
@@ -23,9 +24,12 @@ from rigid.localfit.hidden_inputs import (
     HiddenFlow,
     HiddenForce,
     HiddenSpring,
+    at_joint,
+    at_joints,
 )
 from rigid.localfit.local import LocalFit
-from rigid.localfit.signature import Way, changes, reads, rows_of
+from rigid.localfit.samples import Layout
+from rigid.localfit.signature import Way, changes, reads
 
 SLOW_BUMPS, RELEASE_BUMPS, STATE_BUMPS = 10, 10, 6
 RELEASE_SPAN = 0.05
@@ -41,7 +45,12 @@ OVER_TIME = ("force", "drag", "flow")
 
 @dataclasses.dataclass(frozen=True)
 class Input(Curve):
-    """A hidden force or flow; `kind` is one of EFFECTS."""
+    """A hidden force or flow.
+
+    - `kind`: one of EFFECTS. - `track`: of a machine, a run. - `place`: its joint; "" for the rig.
+    """
+
+    place: str = ""
 
     sort: ClassVar[str] = "input"
     order: ClassVar[int] = 1
@@ -49,12 +58,15 @@ class Input(Curve):
     @classmethod
     def signatures(cls, fit: Fitted, earlier: Bumps) -> Bumps:  # noqa: ARG003
         """Bumps of all forces and flows."""
-        return together(list(_simulated(fit, [*_over_time(fit.local), *_over_states(fit.local)])))
+        local = fit.local
+        if local.layout.problem.places:
+            return together(list(_simulated(fit, list(_at_joints(local)))))
+        return together(list(_simulated(fit, [*_over_time(local), *_over_states(local)])))
 
     @property
     def effect(self) -> type[AbstractHiddenInput]:
         """The effect that simulates it."""
-        return EFFECTS[self.kind]
+        return at_joint(EFFECTS[self.kind], self.place)
 
     @property
     def over(self) -> Followed:
@@ -64,8 +76,9 @@ class Input(Curve):
     @property
     def about(self) -> About:
         """What its effect says."""
-        effect = self.effect
-        return About(effect.equation, effect.phrase, effect.parameters()[0].unit, self.over)
+        effect, at = self.effect, self.place
+        name = f"{effect.at_a_joint} at {at}" if at else effect.phrase
+        return About(effect.equation, name, effect.parameters()[0].unit, self.over)
 
     @property
     def forms(self) -> tuple[str, ...]:
@@ -108,9 +121,35 @@ def _simulated(fit: Fitted, jobs: list[BumpRequest]) -> Iterator[Bumps]:
         at += len(job.centre)
         for track in job.tracks or (None,):
             target = dataclasses.replace(job.target, track=track)
-            rows = None if track is None else rows_of(local.layout, track)[:, None]
+            rows = None if track is None else _rows_of(local.layout, track)[:, None]
             own = mine if rows is None else np.where(rows, mine, 0.0)
             yield Bumps(own, (target,) * len(job.centre), job.centre)
+
+
+def _rows_of(layout: Layout, track: str) -> np.ndarray:
+    """Which samples are a record's, or of all joints of a machine's run (n,)."""
+    mine = [i for i, one in enumerate(layout.tracks) if track in (one, one.rpartition(",")[0])]
+    return np.isin(layout.track, mine)
+
+
+def _at_joints(local: LocalFit) -> Iterator[BumpRequest]:
+    """Bumps at the joints of a machine: over the time of each run, and over states in all."""
+    names = {effect: kind for kind, effect in EFFECTS.items()}
+    paths = paths_at_joints(local)
+    lasts = max(path.lasts for path in paths.values())
+    for effect, joint, followed in at_joints(local.layout.problem):
+        kind, path = names[effect], paths[joint]
+        here = _acting(at_joint(effect, joint), local.layout.kinds)
+        if kind in OVER_TIME and TIME in followed:
+            centres = (np.arange(SLOW_BUMPS) + 0.5) * lasts / SLOW_BUMPS
+            target = Input(kind, TIME.name, place=joint)
+            yield BumpRequest(target, centres, lasts / SLOW_BUMPS, here, path.runs)
+        for state in followed:
+            low, high = path.spans.get(state, (0.0, 0.0))
+            if high > low:
+                width = (high - low) / (STATE_BUMPS - 1)
+                centres = low + width * np.arange(STATE_BUMPS)
+                yield BumpRequest(Input(kind, state.name, place=joint), centres, width, here)
 
 
 def _over_time(local: LocalFit) -> Iterator[BumpRequest]:
@@ -149,9 +188,6 @@ def _over_states(local: LocalFit) -> Iterator[BumpRequest]:
 def _acting(effect: type[AbstractHiddenInput], kinds: Iterable[str]) -> frozenset[str]:
     """Those kinds of records in which a hidden thing acts."""
     return frozenset(kind for kind in kinds if effect.acts_in(kind))
-
-
-Span = tuple[float, float]
 
 
 def _range_of(local: LocalFit, quantity: str) -> Span:

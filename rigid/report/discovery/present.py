@@ -167,8 +167,13 @@ def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> St
     if step.chosen is None:
         hidden = step.explained.inferred(outcome.base, outcome.bench.bumps).shown
     if hidden is not None:
-        by = "" if hidden.groups else f" over {hidden.variable}, in SI units"
-        sentences.append(f"What explains most: {hidden.name}{by}: {hidden.words}.")
+        by = "" if hidden.groups else f" over {hidden.variable}"
+        shape = (
+            "no simple formula fits its shape"
+            if hidden.formula is None
+            else f"in SI units {hidden.words}"
+        )
+        sentences.append(f"What explains most: {hidden.name}{by}; {shape}.")
     if step.next_record:
         sentences.append(f"The record that would tell most: {step.next_record}.")
     means = {} if step.chosen is None else meanings(step.refits[step.chosen].after.hypothesis)

@@ -28,18 +28,20 @@ def drawn(content: DiscoveryContent) -> Iterator[Drawn]:
 
 
 def numbers(shown: HiddenShown) -> Columns:
-    """Mean, standard deviation and the formula, in SI."""
+    """Mean, standard deviation and the formula if one fits, in SI."""
     where = np.array(shown.groups) if shown.groups else shown.place
-    return {
+    told = {
         f"{shown.variable} [{shown.variable_unit}]": where,
         f"{shown.name} [{shown.unit}]": shown.mean,
         f"standard deviation [{shown.unit}]": shown.sd,
-        f"{shown.words} [{shown.unit}]": shown.formula,
     }
+    if shown.formula is not None:
+        told[f"{shown.words} [{shown.unit}]"] = shown.formula
+    return told
 
 
 def hidden_figure(shown: HiddenShown, simulated: bool) -> Figure:
-    """A hidden force with its band, and the formula."""
+    """A hidden force with its band, and the formula if one fits."""
     with house_style():
         figure = new_figure(2.8, simulated)
         axes = figure.add_subplot()
@@ -51,7 +53,8 @@ def hidden_figure(shown: HiddenShown, simulated: bool) -> Figure:
         x, y, sd = shown.place * across, shown.mean * up, shown.sd * up
         axes.fill_between(x, y - 1.645 * sd, y + 1.645 * sd, color=BLUE, alpha=0.2, linewidth=0)
         axes.plot(x, y, color=BLUE, label="inferred, with 90 % band")
-        axes.plot(x, shown.formula * up, color=VERMILION, linestyle="--", label=shown.words)
+        if shown.formula is not None:
+            axes.plot(x, shown.formula * up, color=VERMILION, linestyle="--", label=shown.words)
         axes.axhline(0.0, color=GREY, linewidth=0.5)
         axes.set_xlabel(f"{shown.variable} [{unit_x}]")
         axes.set_ylabel(f"{shown.name} [{unit_y}]")
@@ -66,7 +69,8 @@ def _by_group(axes: Axes, shown: HiddenShown) -> None:
         shown.place, shown.mean * up, yerr=1.645 * shown.sd * up, fmt="o", color=BLUE,
         markersize=4, label="inferred, with 90 % interval",
     )  # fmt: skip
-    axes.axhline(shown.formula[0] * up, color=VERMILION, linestyle="--", label=shown.model)
+    if shown.formula is not None:
+        axes.axhline(shown.formula[0] * up, color=VERMILION, linestyle="--", label=shown.model)
     axes.set_xlim(-0.5, len(shown.groups) - 0.5)
     axes.set_xticks(shown.place, shown.groups)
     axes.set_xlabel(shown.variable)
