@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from cart import write_cart
+from machines.loading import machine
 
 import rigid
 from rigid import check, fit
@@ -48,6 +49,14 @@ def test_arrays_are_counted_as_the_compiler_lays_them_out(long):
         ),
     ]
     assert all(laid > 4 << 20 and 0.5 < told / laid < 2.0 for told, laid in cases), cases
+
+
+def test_states_of_a_machine_are_counted_as_it_has_them(tmp_path):
+    problem = machine("table", tmp_path).question.problem
+    (group,) = problem.groups
+    values = problem.parameters.values(jnp.zeros((1, problem.parameters.size)))
+    built, *_ = group.inputs(values)
+    assert counted._states(group) == len(built.scales)
 
 
 def test_more_of_anything_takes_more(long):

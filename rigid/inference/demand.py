@@ -48,8 +48,9 @@ STEPS_A_DRAW = 12.0
 FINE, COARSE, RELEASE, MOTION, LIKELIHOOD = 450e-9, 15e-9, 45e-9, 50e-9, 15e-9
 """Processor seconds a sample, record and walker: a step of one sample, a sample within a long step,
 of a release, of a motion, and of the likelihood of a reading. Measured on one core of 2026."""
-MACHINE = 300e-9
-"""Of one step of a machine of four states: 0.3 us on the same core."""
+MACHINE, USUAL_STATES = 300e-9, 4
+"""Of one step of a machine of so many states on the same core; it goes with their square. Measured,
+us, of 2, 4, 7 and 10 states: 0.06, 0.29, 0.57, 2.26 (`tests/machines/`)."""
 SHORT = 50e-9
 """Of one short step of a rig with dry friction or air."""
 FULL = 40.0
@@ -222,9 +223,17 @@ def _simulation(group: AbstractGroup) -> float:
         each = RELEASE if steady else RELEASE + SHORT * RELEASE_SUBSTEPS
         return tracks * samples * each * (FULL if group.tolerance is not None else 1.0)
     if isinstance(group, MachineGroup):
-        marched = samples * group.layout.steps * len(group.runs) * MACHINE
+        marched = samples * group.layout.steps * len(group.runs)
+        marched *= MACHINE * (_states(group) / USUAL_STATES) ** 2
         return marched * (FULL if group.tolerance is not None else 1.0)
     return tracks * samples * MOTION
+
+
+def _states(group: MachineGroup) -> int:
+    """Numbers that a march of a machine carries."""
+    own = sum(len(effect.scales) for effect in group.effects)
+    oil = sum(place.oil for place in group.places)
+    return 2 * len(group.layout.coordinates) + oil + own
 
 
 def _slow(group: SlowGroup) -> float:
