@@ -52,7 +52,7 @@ def test_arrays_are_counted_as_the_compiler_lays_them_out(long):
 
 
 def test_states_of_a_machine_are_counted_as_it_has_them(tmp_path):
-    problem = machine("table", tmp_path).question.problem
+    problem = machine("press", tmp_path).question.problem
     (group,) = problem.groups
     values = problem.parameters.values(jnp.zeros((1, problem.parameters.size)))
     built, *_ = group.inputs(values)

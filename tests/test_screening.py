@@ -352,7 +352,11 @@ def test_curves_of_many_candidates_are_interpolated_between_few():
 
 @pytest.mark.parametrize(
     ("curve", "words"),
-    [(lambda u: 3.0 * np.sign(u), "3 sgn(v)"), (lambda u: 2.0 * u, "2 v")],
+    [
+        (lambda u: 3.0 * np.sign(u), "3 sgn(v)"),
+        (lambda u: 2.0 * u, "2 v"),
+        (lambda u: u * abs(u), "1 v |v|"),
+    ],
 )
 def test_the_simplest_formula_is_found(curve, words):
     place = np.linspace(-2.0, 2.0, 9)

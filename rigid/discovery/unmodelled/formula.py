@@ -16,6 +16,8 @@ FORMS: tuple[tuple[str, Callable[[np.ndarray], np.ndarray]], ...] = (
     ("a sgn(u)", lambda u: np.stack([np.sign(u)], axis=1)),
     ("a sgn(u) + b u", lambda u: np.stack([np.sign(u), u], axis=1)),
     ("a u^2", lambda u: np.stack([u**2], axis=1)),
+    ("a u |u|", lambda u: np.stack([u * np.abs(u)], axis=1)),
+    ("a u + b u |u|", lambda u: np.stack([u, u * np.abs(u)], axis=1)),
     ("a u + b u^2", lambda u: np.stack([u, u**2], axis=1)),
     ("a u^3", lambda u: np.stack([u**3], axis=1)),
 )
@@ -61,6 +63,6 @@ def _worded(words: str, numbers: np.ndarray, scale: float, symbol: str) -> str:
     parts = []
     for part, number in zip(words.split(" + "), numbers, strict=True):
         rest = part[1:].strip()
-        power = {"u": 1, "u^2": 2, "u^3": 3}.get(rest, 0)
+        power = {"u": 1, "u^2": 2, "u |u|": 2, "u^3": 3}.get(rest, 0)
         parts.append(f"{number / scale**power:.3g} {rest}".strip().replace("u", symbol))
     return " + ".join(parts)
