@@ -84,7 +84,7 @@ def chance(step: Step) -> str:
 def _what(step: Step) -> str:
     if step.chosen is None:
         shows = (
-            f"It shows most in record {step.place.record}, cylinder {step.place.cylinder}, "
+            f"It shows most in record {step.place.record},{step.place.cylinder}, "
             f"channel {step.place.channel}."
         )
         if step.refused:

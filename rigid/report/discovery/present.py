@@ -197,7 +197,7 @@ def _shows(where: dict[str, Any]) -> str:
     """Where it shows most, and in which equation."""
     time, lines = where["time_s"], where["frequency_Hz"]
     return (
-        f"It shows most in record {where['record']} on cylinder {where['cylinder']}, channel "
+        f"It shows most in record {where['record']},{where['cylinder']}, channel "
         f"{where['channel']}"
         + (f", from {time[0]:.2f} to {time[1]:.2f} s" if time else "")
         + (f", a line of {lines[0]:.4g} to {lines[1]:.4g} Hz" if lines else "")
