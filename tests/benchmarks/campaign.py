@@ -12,10 +12,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from rigid.inference.calibrate import propose
-from rigid.inference.coordinates import chart_of
-from rigid.inference.proposal import MixtureProposal
 from rigid.inference.sample import cores
 from rigid.inference.search import Found, search
+from rigid.inference.search_cache import Searched
 from rigid.likelihood.assemble import assemble
 from rigid.likelihood.problem import Problem, log_posterior, walkers
 from rigid.records.read import read_records
@@ -72,14 +71,13 @@ class Bench:
         return self.found.problem
 
     @cached_property
-    def proposal(self) -> MixtureProposal:
-        """The mixture that the fit lays over the modes, in the chart's coordinates."""
-        return propose(self.found, np.random.default_rng([SEED, 1]))[0]
+    def known(self) -> Searched:
+        """The mixture that the fit lays over the modes, and its coordinates."""
+        return propose(self.found, np.random.default_rng([SEED, 1]))
 
     def draws(self, count: int) -> np.ndarray:
         """Points z (count, size) as walkers visit them, from the mixture over the modes."""
-        chart = chart_of(self.problem)
-        return chart.standard(self.proposal.sample(np.random.RandomState(SEED), count))
+        return self.known.chart.standard(self.known.law.sample(np.random.RandomState(SEED), count))
 
     @cached_property
     def speed(self) -> "Speed":
