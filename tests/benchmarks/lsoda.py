@@ -6,7 +6,7 @@ and never steps over one. What it simulates goes through rigid's own likelihood.
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 
 import equinox as eqx
@@ -30,7 +30,7 @@ ATOL = 1e-8
 MAX_STEPS = 1_000_000
 EDGE = 1e-9
 """[s]: a sample this close to a switch lies on it; LSODA refuses steps of 1e-16 s."""
-Values = dict[str, float]
+Values = Mapping[str, float]
 Rates = Callable[[np.ndarray, float], Sequence[float]]
 
 
@@ -158,12 +158,12 @@ class LsodaPosterior:
         start = np.zeros(len(self.atol))
         start[[0, 2, 4]] = at_rest, at_rest, preload / v["S_Pl"]
         delay = float(track.onset_time) - v[f"release_time[{track.label}]"]
-        times = delay + track.interval * np.arange(track.samples - track.onset)
+        times = delay + track.interval * np.arange(int(track.samples) - track.onset)
         rates = rates_of(v, 0.0, 0.0)
         path = self._solve(rates, start, (0.0, *times))[1:]
         return {"acceleration": (track.onset, np.array([rates(y, 0.0)[3] for y in path]))}
 
-    def _solve(self, rates: Rates, state: np.ndarray, times: Sequence[float]) -> np.ndarray:
+    def _solve(self, rates: Rates, state: np.ndarray, times: Sequence) -> np.ndarray:
         return odeint(
             rates, state, times, rtol=self.rtol, atol=self.atol, tcrit=times[-1:], mxstep=MAX_STEPS
         )

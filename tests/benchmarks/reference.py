@@ -4,6 +4,8 @@
 one length, so that all stretches of all records share it.
 """
 
+from collections.abc import Mapping
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -27,12 +29,12 @@ Stretch = tuple[Surroundings, np.ndarray, np.ndarray]
 """Surroundings, times to solve for, and which of them are samples."""
 
 
-def stretches(track: Track, values: dict[str, Array]) -> list[Stretch]:
+def stretches(track: Track, values: Mapping[str, Array]) -> list[Stretch]:
     """The record cut at its switches."""
     if track.drive is None:
         assert track.onset is not None  # a release has one
         delay = float(track.onset_time) - float(values[f"release_time[{track.label}]"])
-        times = np.append(0.0, delay + track.interval * np.arange(track.samples - track.onset))
+        times = np.append(0.0, delay + track.interval * np.arange(int(track.samples) - track.onset))
         return [(Surroundings(jnp.zeros(()), 0.0, jnp.zeros(())), times, times > 0.0)]
     drive = track.drive
     contact = values["k_frame"] * (1.0 if track.kind == "frame" else 0.0)
@@ -64,7 +66,7 @@ def padded(times: np.ndarray) -> Array:
     return jnp.asarray(np.pad(times, (0, ROOM - len(times)), mode="edge"))
 
 
-def begin(track: Track, rig: Rig, values: dict[str, Array]) -> Array:
+def begin(track: Track, rig: Rig, values: Mapping[str, Array]) -> Array:
     """State in which a record begins."""
     if track.drive is None:
         return rest_under(rig, values[f"preload[{track.label}]"])

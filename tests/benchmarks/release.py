@@ -1,6 +1,7 @@
 """Likelihood of a quick release against a bare loop over the samples in NumPy and SciPy."""
 
 import math
+from collections.abc import Mapping
 
 import jax
 import jax.numpy as jnp
@@ -21,7 +22,7 @@ SCALES = np.array((*CORE_SCALES, 1e3, 1e3))
 LOG_SQRT_2PI = 0.9189385332046727
 
 
-def matrix(v: dict[str, float]) -> np.ndarray:
+def matrix(v: Mapping[str, float]) -> np.ndarray:
     """dy/dt = A y of the rig swinging free, valve shut, column frozen; scaled states."""
     m1, m2, area = v["M_HC"] - v["M_Pl"], v["M_Pl"] + 0.5 * v["M_Fl"], v["S_Pl"]
     a = np.zeros((7, 7))
@@ -35,7 +36,7 @@ def matrix(v: dict[str, float]) -> np.ndarray:
     return a * SCALES / SCALES[:, None]
 
 
-def swing(v: dict[str, float], track: Track) -> np.ndarray:
+def swing(v: Mapping[str, float], track: Track) -> np.ndarray:
     """Acceleration at every sample after the release, by a loop of matrix-vector products."""
     a = matrix(v)
     preload = v[f"preload[{track.label}]"]
@@ -51,7 +52,7 @@ def swing(v: dict[str, float], track: Track) -> np.ndarray:
     return out
 
 
-def log_likelihood(v: dict[str, float], track: Track, data: np.ndarray) -> float:
+def log_likelihood(v: Mapping[str, float], track: Track, data: np.ndarray) -> float:
     """Gaussian, gain and zero of the sensor left out: less work than rigid does."""
     sigma = v["noise[acceleration,A]"]
     residual = data[track.onset :] - swing(v, track)

@@ -36,7 +36,7 @@ COLUMNS = ("seed", "quantity", "where", "in50", "in90", "cover50", "cover90", "r
 
 
 def options() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--posterior", type=Path, required=True)
     parser.add_argument("--tests", type=int, default=200)
     parser.add_argument("--out", type=Path, default=Path("docs/studies/bands"))

@@ -46,6 +46,7 @@ def field_lines(truth: Truth) -> list[str]:
              "|---|---|---|---|---|---|"]  # fmt: skip
     for run in (r for r in truth.runs if r.kind == "field"):
         time, ice, cell, plate, stroke = motion_of(truth, run)
+        assert run.ice is not None  # a field record has it
         knots = np.array(run.ice[0])
         steep = np.abs(np.diff(run.ice[1]) / np.diff(knots)) > 5e4
         near = np.zeros(time.size, dtype=bool)
@@ -126,7 +127,7 @@ def drop_lines(truth: Truth) -> list[str]:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("docs/studies/bands"))
     args = parser.parse_args()
     truth = draw(SEED)

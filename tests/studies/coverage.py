@@ -161,7 +161,9 @@ def standard(problem, known: dict[str, float]):
     for parameter in problem.parameters.sampled:
         values = np.asarray(parameter.prior.from_standard(grid))
         order = np.argsort(values)
-        z.append(np.interp(known.get(parameter.label, values[1200]), values[order], grid[order]))
+        z.append(
+            np.interp(known.get(parameter.label, float(values[1200])), values[order], grid[order])
+        )
     return np.array(z)
 
 

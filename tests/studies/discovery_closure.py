@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from discovery_cases import Made
 
+from rigid.discovery.fitted import Fitted
 from rigid.discovery.refit import refit
 from rigid.discovery.workflow import Outcome
 from rigid.generator.refit import Key, noiseless
@@ -56,7 +57,7 @@ def closures(outcome: Outcome, made: Made) -> dict[str, float | str | None]:
     name = placebo(outcome, made)
     found = None
     if name is not None:
-        other = refit(one.before, outcome.bench.programs, step.explained, name, lambda _: None)
+        other = refit(Fitted(one.before, outcome.bench.programs), step.explained, name)
         found = _closed(misfit(other.before, out, truth), misfit(other.after, out, truth))
     return {
         "named": _closed(before, after), "placebo": found, "placebo_name": name,

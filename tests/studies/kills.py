@@ -217,7 +217,8 @@ def results(out: Path) -> Iterator[tuple[str, Any]]:
             with xr.open_datatree(path, engine="h5netcdf") as tree:
                 for group in tree.subtree:
                     for variable in group.variables:
-                        yield f"{name}{group.path}/{variable}", group[variable].values.tobytes()
+                        values = np.asarray(group[str(variable)])
+                        yield f"{name}{group.path}/{variable}", values.tobytes()
 
 
 def without_costs(value: Any) -> Any:

@@ -189,11 +189,11 @@ def replicates(fitted: "FittedModels", law: str, seed: int) -> dict[str, float]:
     probability; mean -ln p of it as stated and flattened.
     """
     from rigid.friction.comparison import MOST_APART, amplitudes_of
-    from rigid.localfit.leave_one_out import units
+    from rigid.localfit.leave_one_out import Judged, units
     from rigid.localfit.scatter import scattered
 
-    judged = {x.name: (fitted.fits[x.name], amplitudes_of(fitted.fits[x.name], x))
-              for x in fitted.laws}  # fmt: skip
+    judged = {x.name: Judged(fitted.fits[x.name], amplitudes_of(fitted.fits[x.name], x))
+              for x in fitted.models}  # fmt: skip
     parts = units(fitted.fits[law], None)
     drawn = scattered(fitted.fits[law], judged, parts, seed + 77)
     names = list(drawn)

@@ -33,7 +33,7 @@ CHANNELS = {"load": ("Load", "kN"), "stroke": ("Stroke", "mm"), "pressure": ("Pr
 
 
 def options() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--posterior", type=Path, required=True)
     parser.add_argument("--case", default="presses-1", help="hour, fifty or presses-N")
     parser.add_argument("--draws", type=int, default=128)
@@ -157,7 +157,7 @@ def main() -> int:
     args = options()
     folder, tests = args.data / args.case, len(presses_of(args.case))
     write_data(folder, args.case, args.posterior)
-    row = {"case": args.case} | measured(folder, args.posterior, args.draws)
+    row: dict = {"case": args.case} | measured(folder, args.posterior, args.draws)
     row |= held(folder, args.draws, tests)
     row |= {"commit": commit(), "date": datetime.datetime.now(datetime.UTC).date().isoformat()}
     path = args.out / "long.csv"

@@ -118,7 +118,9 @@ def measured(run: Run, found: Found) -> dict:
     told = [convergence.diagnose(str(i), draws.z[..., i]) for i in range(draws.z.shape[-1])]
     least, worst = convergence.least_ess(told), convergence.worst_r_hat(told)
     assert least is not None
+    assert least.ess_bulk is not None
     assert worst is not None
+    assert worst.r_hat is not None
     return {
         "case": run._asdict(),
         "ess": round(least.ess_bulk, 1),

@@ -176,12 +176,15 @@ def test_figures_show_what_the_page_counts(tmp_path):
     rows += [row(lag, named("stroke-sensor-lag"))] * 3 + [row(lag, named("clock-offset"))]
     rows += [row(lag._replace(strength=2.0), NONE)]
     rows += [row(lag._replace(population="taken out"), named("clock-offset"))]
-    power, reliability, repair = measures(rows).axes
-    np.testing.assert_allclose(power.lines[0].get_ydata(), [0.0, 1.0])
-    np.testing.assert_allclose(power.lines[1].get_ydata(), [0.0, 0.75])
+    shown, told = measures(rows), confusion(rows)
+    assert shown is not None
+    assert told is not None
+    power, reliability, repair = shown.axes
+    np.testing.assert_allclose(np.asarray(power.lines[0].get_ydata()), [0.0, 1.0])
+    np.testing.assert_allclose(np.asarray(power.lines[1].get_ydata()), [0.0, 0.75])
     assert [text.get_text() for text in reliability.texts] == ["5"]
     assert not repair.lines  # no repair was computed
-    [matrix] = confusion(rows).axes
+    [matrix] = told.axes
     truths = ["nothing, clean", "stroke-sensor-lag", "stroke-sensor-lag, taken out"]
     assert [label.get_text() for label in matrix.get_yticklabels()] == truths
     said = ["nothing", "stroke-sensor-lag", "clock-offset", "unnamed"]

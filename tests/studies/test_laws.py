@@ -34,12 +34,13 @@ COSINES = {
 
 
 def answer(p: dict[str, float], tied: tuple[str, ...] = (), verdict: str = "law") -> dict:
+    first = max(p, key=p.__getitem__)
     told = [
-        {"law": n, "probability": p.get(n, 0.0), "elpd_difference": -6.0 * (n != max(p, key=p.get)),
+        {"law": n, "probability": p.get(n, 0.0), "elpd_difference": -6.0 * (n != first),
          "elpd_expected": -4.0, "elpd_error": 2.0}
         for n in NAMES
     ]  # fmt: skip
-    return {"first": max(p, key=p.get), "tied": list(tied), "verdict": verdict, "laws": told,
+    return {"first": first, "tied": list(tied), "verdict": verdict, "laws": told,
             "processor_s": 1.0}  # fmt: skip
 
 
