@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import simulated
-from machines.loading import machine
+from machines.loading import machine, noiseless
 from rigs import release_problem
 
 from rigid.discovery.fitted import Fitted
@@ -108,15 +107,9 @@ def test_a_joint_is_followed_whether_or_not_it_is_read(swing: LocalFit):
 
 def test_what_a_bump_leaves_is_what_another_simulator_says(swing: LocalFit, tmp_path, monkeypatch):
     """A triangle of force over place or speed, added to the equations of a SciPy simulator."""
-    plain = simulated.written
-
-    def without_noise(path, seed, columns):
-        plain(path, seed, {key: (values, 0.0) for key, (values, _) in columns.items()})
-
-    monkeypatch.setattr(simulated, "written", without_noise)
 
     def read(extra) -> np.ndarray:
-        simulated.swing(tmp_path / "read.csv", extra=extra)
+        noiseless(monkeypatch, "swing", tmp_path / "read.csv", extra=extra)
         return 1e-3 * np.loadtxt(tmp_path / "read.csv", delimiter=",", skiprows=1)[:, 1]
 
     fit = Fitted(swing, families(swing.layout.problem, ()))

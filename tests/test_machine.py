@@ -2,14 +2,13 @@
 
 import re
 import tomllib
-from pathlib import Path
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from machines import simulated
-from machines.loading import SPECS, written
+from machines.loading import SPECS, noiseless, written
 
 import rigid
 from rigid.effects import CATALOGUE
@@ -32,17 +31,6 @@ WITHIN = 0.05
 def by_steps(spec: str) -> str:
     """Solve by steps without asking diffrax first, as a part of one's own would have it."""
     return f'{spec}\n[solve]\nmethod = "steps"\n'
-
-
-def noiseless(monkeypatch, name: str, path: Path) -> dict[str, float]:
-    """Write what ideal sensors read; return the true numbers."""
-    plain = simulated.written
-
-    def without_noise(path, seed, columns):
-        plain(path, seed, {key: (values, 0.0) for key, (values, _) in columns.items()})
-
-    monkeypatch.setattr(simulated, "written", without_noise)
-    return simulated.MACHINES[name](path)
 
 
 def worst(study, values) -> float:

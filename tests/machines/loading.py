@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pytest
 from machines import simulated
 
 import rigid
@@ -26,6 +27,18 @@ def machine(
     """
     simulated.MACHINES[name](folder / f"{name}.csv", **how)
     return rigid.load(written(name, folder, text))
+
+
+def noiseless(monkeypatch: pytest.MonkeyPatch, name: str, path: Path, **how: Any) -> dict:
+    """Write what ideal sensors of a machine read; return the true numbers."""
+    plain = simulated.written
+
+    def without_noise(path, seed, columns):
+        plain(path, seed, {key: (values, 0.0) for key, (values, _) in columns.items()})
+
+    with monkeypatch.context() as here:
+        here.setattr(simulated, "written", without_noise)
+        return simulated.MACHINES[name](path, **how)
 
 
 def written(name: str, folder: Path, text: Callable[[str], str] = as_it_is) -> Path:
