@@ -324,10 +324,6 @@ class Design(NamedTuple):
         off = np.sum((foretold - self.x)[:, : self.narrow] ** 2, axis=1)
         return float(self.weight @ np.exp(-0.25 * off) / self.weight.sum())
 
-    def foretold(self, w: Floats, strengths: Floats) -> Floats:
-        """The x that all modes foretell at w, (points, wide) -> (points, n)."""
-        return bend_terms(w) @ self.coefficients(strengths)
-
     def _by_halves(self, strength: float) -> Floats:
         """What each half of the modes is foretold by the other (modes, n)."""
         found = np.zeros(self.x.shape)
