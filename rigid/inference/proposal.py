@@ -44,9 +44,9 @@ class MixtureProposal:
     - weights: (laws,), positive, made to sum to one
     - dof: degrees of freedom. Six: the density ratio of a Gaussian posterior stays bounded, and a
       tail some three times heavier than the Gaussian covers a posterior that is skewed
-    - wider: none, or for each mode a law that goes farther, after those of the modes. Where a
-      reading stands between two steps of its converter the posterior is a narrow peak on a wide
-      shoulder: the curvature at the mode tells the peak alone.
+    - wider: none, or for each mode a law that goes farther, after those of the modes. Where
+      converters round to steps wider than the noise, the posterior can be a narrow peak on a wide
+      shoulder, and the curvature at the mode tells the peak alone.
 
     Source: multivariate t as in Kotz and Nadarajah (2004), eq. (1.1); a wider law beside the one
     that fits is the defensive mixture of Hesterberg (1995), Technometrics 37.

@@ -145,11 +145,15 @@ def _at_joints(local: LocalFit) -> Iterator[BumpRequest]:
             target = Input(kind, TIME.name, place=joint)
             yield BumpRequest(target, centres, lasts / SLOW_BUMPS, here, path.runs)
         for state in followed:
-            low, high = path.spans.get(state, (0.0, 0.0))
-            if high > low:
-                width = (high - low) / (STATE_BUMPS - 1)
-                centres = low + width * np.arange(STATE_BUMPS)
-                yield BumpRequest(Input(kind, state.name, place=joint), centres, width, here)
+            yield from _along(Input(kind, state.name, place=joint), path.spans.get(state), here)
+
+
+def _along(target: Input, span: Span | None, kinds: frozenset[str]) -> Iterator[BumpRequest]:
+    """Bumps from one end of a state's span to the other; none where it does not change."""
+    low, high = span or (0.0, 0.0)
+    if high > low and kinds:
+        width = (high - low) / (STATE_BUMPS - 1)
+        yield BumpRequest(target, low + width * np.arange(STATE_BUMPS), width, kinds)
 
 
 def _over_time(local: LocalFit) -> Iterator[BumpRequest]:
@@ -178,11 +182,7 @@ def _over_states(local: LocalFit) -> Iterator[BumpRequest]:
     for kind, effect in EFFECTS.items():
         here = _acting(effect, local.layout.kinds)
         for state in effect.followed:
-            low, high = spans.get(state, (0.0, 0.0))
-            if high > low and here:
-                width = (high - low) / (STATE_BUMPS - 1)
-                centres = low + width * np.arange(STATE_BUMPS)
-                yield BumpRequest(Input(kind, state.name), centres, width, here)
+            yield from _along(Input(kind, state.name), spans.get(state), here)
 
 
 def _acting(effect: type[AbstractHiddenInput], kinds: Iterable[str]) -> frozenset[str]:

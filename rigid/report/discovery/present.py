@@ -167,13 +167,11 @@ def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> St
     if step.chosen is None:
         hidden = step.explained.inferred(outcome.base, outcome.bench.bumps).shown
     if hidden is not None:
-        by = "" if hidden.groups else f" over {hidden.variable}"
-        shape = (
-            "no simple formula fits its shape"
-            if hidden.formula is None
-            else f"in SI units {hidden.words}"
-        )
-        sentences.append(f"What explains most: {hidden.name}{by}; {shape}.")
+        shape = f": {hidden.words}"
+        if not hidden.groups:
+            fits = f"in SI units{shape}" if hidden.words else "no simple formula fits its shape"
+            shape = f" over {hidden.variable}, {fits}"
+        sentences.append(f"What explains most: {hidden.name}{shape}.")
     if step.next_record:
         sentences.append(f"The record that would tell most: {step.next_record}.")
     means = {} if step.chosen is None else meanings(step.refits[step.chosen].after.hypothesis)

@@ -69,7 +69,7 @@ def _by_group(axes: Axes, shown: HiddenShown) -> None:
         shown.place, shown.mean * up, yerr=1.645 * shown.sd * up, fmt="o", color=BLUE,
         markersize=4, label="inferred, with 90 % interval",
     )  # fmt: skip
-    if shown.formula is not None:
+    if shown.formula is not None:  # always, over groups
         axes.axhline(shown.formula[0] * up, color=VERMILION, linestyle="--", label=shown.model)
     axes.set_xlim(-0.5, len(shown.groups) - 0.5)
     axes.set_xticks(shown.place, shown.groups)
