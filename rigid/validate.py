@@ -24,7 +24,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--replicates", type=_count, default=100, metavar="N", help="campaigns (100)"
     )
-    parser.add_argument("--full", action="store_true", help="fit each as rigid.fit does; slow")
+    how = parser.add_mutually_exclusive_group()
+    how.add_argument("--full", action="store_true", help="fit each as rigid.fit does; slow")
+    how.add_argument(
+        "--slopes",
+        action="store_true",
+        help="fit none: test the likelihood alone, by its slope at the truth; seconds a campaign",
+    )
     parser.add_argument(
         "--from",
         dest="posterior",
@@ -70,9 +76,10 @@ def validate(options: Options) -> int:
         from rigid.study.validation import Replicates
 
         own = options.own
+        fit = "slopes" if own["slopes"] else "full" if own["full"] else "fast"
         asked = Replicates(
             own["replicates"],
-            own["full"],
+            fit,
             own["posterior"],
             own["misfit"],
             own["broken"],

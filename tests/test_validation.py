@@ -10,20 +10,21 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from jax import monitoring
-from scipy.stats import binom, norm
+from scipy.stats import binom, chi2, norm
 from test_compilations import COMPILED
 from test_study import write_cart
 
 import rigid
 from rigid.inference.calibrate import propose
 from rigid.inference.search import search
+from rigid.io.errors import InputError
 from rigid.jobs.job import Given
 from rigid.jobs.rows import read_rows
 from rigid.study.validation import Replicates
 from rigid.validate import main
 from rigid.validation import draws, replicate
 from rigid.validation.agreement import agreement
-from rigid.validation.broken import broken
+from rigid.validation.broken import broken, kept
 from rigid.validation.campaign import Base, coloured, converted, draw, moved, standard
 from rigid.validation.coverage import POWER, coverage, shown_from
 from rigid.validation.design import BREAKS, Design, arguments, read_arguments
@@ -31,7 +32,9 @@ from rigid.validation.draws import ESS, weighted
 from rigid.validation.ecdf import band, counts, p_value, points
 from rigid.validation.misfit import effects, first_for_each
 from rigid.validation.replicate import one
-from rigid.validation.verdict import ALPHA, holm, verdict
+from rigid.validation.score import score
+from rigid.validation.tested import ALPHA, holm
+from rigid.validation.verdict import verdict
 
 ROOT = Path("/")
 SEED = 20
@@ -156,7 +159,7 @@ def test_laws_are_inverted_and_moved(base):
 
 
 def test_a_design_goes_through_a_job_and_back(study):
-    design = Design(3, True, "record-twice", 0.1, 2.0, {"mu": (0.5, 0.1)})
+    design = Design(3, "full", "record-twice", 0.1, 2.0, {"mu": (0.5, 0.1)})
     told = json.loads(json.dumps(arguments(study.spec, design, 7)))
     spec, back, number = read_arguments(Given(told, ROOT, ROOT))
     assert (back, number) == (design, 7)
@@ -165,7 +168,9 @@ def test_a_design_goes_through_a_job_and_back(study):
 
 def test_a_sound_likelihood_passes(sound):
     assert sound.usable, sound.table()
-    assert {t.name for t in sound.verdict.tested} >= {"M_Pl", "mu", "log-posterior", "TARP"}
+    assert {t.name for t in sound.verdict.tested} >= {
+        "M_Pl", "mu", "log-posterior", "TARP", "weight", "score"
+    }  # fmt: skip
     assert sound.result["replicates"] == COUNT
 
 
@@ -221,7 +226,7 @@ def test_a_study_goes_on_where_it_was_stopped(study, tmp_path):
 
 
 def test_fast_and_full_fits_of_a_campaign_agree(study, tmp_path):
-    study.validate(Replicates(2, full=True), tmp_path, seed=SEED, quiet=True)
+    study.validate(Replicates(2, fit="full"), tmp_path, seed=SEED, quiet=True)
     found = study.validate(Replicates(2), tmp_path, seed=SEED, quiet=True)
     assert found.beside is not None
     assert found.beside.campaigns == 2
@@ -354,3 +359,74 @@ def test_mistakes_on_the_command_line_are_told(study, arguments_given, says, tmp
         status = end.code
     assert status == 2
     assert says in capsys.readouterr().err
+
+
+def test_a_fit_that_makes_intervals_too_narrow_is_told_from_unlucky_campaigns():
+    """Errors of fifteen parameters that hang on each other, in thirty campaigns."""
+    rng = np.random.default_rng(4)
+    labels = [f"a[{i}]" for i in range(15)]
+
+    def rows(narrower: float) -> list[dict]:
+        made = []
+        for number in range(30):
+            errors = 1.2 * (0.8 * rng.standard_normal() + 0.6 * rng.standard_normal(15))
+            fitted = -(errors + 0.1 * rng.standard_normal(15)) * narrower
+            row = row_of(number, rng, False, float(rng.uniform()))
+            row["value"]["ranks"] |= dict(zip(labels, norm.cdf(fitted).tolist(), strict=True))
+            row["value"]["foretold"] = dict(zip(labels, errors.tolist(), strict=True))
+            made.append(row)
+        return made
+
+    unlucky = verdict(Design(1), rows(1.0))
+    assert abs(unlucky.held[0].apart) < 0.02
+    assert next(c for c in unlucky.checks if c.name == "coverage").ok
+    narrow = next(c for c in verdict(Design(1), rows(1.4)).checks if c.name == "coverage")
+    assert not narrow.ok
+    assert "too narrow" in narrow.says
+
+
+def test_slopes_at_truths_are_as_long_as_the_likelihood_says(study, base):
+    """Sums of 30 squared lengths against chi squared; with half the noise they are too long."""
+
+    def lengths(how: str | None) -> tuple[float, int]:
+        total, size = 0.0, 0
+        for number in range(30):
+            made = draw(base, Design(SEED), number)
+            problem = broken(made.problem, how, made.z)
+            found = score(problem, kept(problem, made.z, made.problem), made.sensors)
+            total, size = total + found.length, size + found.size
+        return total, size
+
+    assert 1e-3 < chi2.cdf(*lengths(None)) < 1.0 - 1e-3
+    assert chi2.sf(*lengths("noise-halved")) < 1e-6
+
+
+def test_the_slope_at_a_truth_foretells_how_far_off_a_fit_is(sound, base):
+    for value in (one(Given(arguments(base.spec, Design(SEED), n), ROOT, ROOT)) for n in (0, 1)):
+        for label, told in value["foretold"].items():
+            # To first order: the curvature of priors and drag changes a step by a tenth or so.
+            assert value["error"][label] == pytest.approx(told, abs=0.25 + 0.15 * abs(told)), label
+
+
+def test_a_law_that_misses_the_place_of_truths_is_seen_by_their_weight():
+    rng = np.random.default_rng(8)
+    rows = [row_of(i, rng, False, float(rng.uniform())) for i in range(40)]
+    for row in rows:
+        row["value"]["ranks"]["weight"] = float(rng.uniform(0.6, 1.0))
+    joint = next(check for check in verdict(Design(1), rows).checks if check.name == "joint")
+    assert not joint.ok
+    assert "weight: draws come too rarely where truths lie" in joint.says
+
+
+def test_slopes_alone_are_a_study_of_their_own(study, tmp_path):
+    asked = Replicates(COUNT, fit="slopes")
+    found = study.validate(asked, tmp_path, seed=SEED, quiet=True)
+    assert found.usable, found.table()
+    assert [t.name for t in found.verdict.tested] == ["score"]
+    assert (tmp_path / "index.html").is_file()
+    assert (tmp_path / "validation" / "slopes.jsonl").is_file()
+    bad = study.validate(dataclasses.replace(asked, broken="noise-halved"), seed=SEED, quiet=True)
+    assert not bad.usable
+    assert "surer than its campaigns allow" in bad.table()
+    with pytest.raises(InputError, match="leave them out"):
+        Replicates(2, fit="slopes", misfit=2.0)

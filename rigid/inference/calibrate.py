@@ -76,7 +76,8 @@ class Asked:
 class Calibrated:
     """All that a fit found.
 
-    - `found`: modes and correlation. - `weights`: of the modes. - `draws`: of the sampler.
+    - `known`: modes and correlation, coordinates and the law over the modes. - `draws`: of the
+      sampler.
     - `values`: SI by label, (chain, draw) each, for the tables. - `frictions`: mu(omega) of the
       same draws, flat.
     - `kept`: `values` of the fewer draws in posterior.nc; `kept_frictions` as well.
@@ -87,8 +88,7 @@ class Calibrated:
     - `seed`; `compile_s`: time until density and search were compiled.
     """
 
-    found: Found
-    weights: ModeWeights
+    known: Searched
     draws: Draws
     values: dict[str, np.ndarray]
     frictions: dict[str, Friction]
@@ -103,6 +103,16 @@ class Calibrated:
     records: tuple[Record, ...]
     seed: int
     compile_s: float
+
+    @property
+    def found(self) -> Found:
+        """What the search found."""
+        return self.known.found
+
+    @property
+    def weights(self) -> ModeWeights:
+        """How much of the posterior each mode holds."""
+        return self.known.weights
 
     @property
     def problem(self) -> Problem:
@@ -144,7 +154,7 @@ def calibrate(
     mark = _mark(asked, seed) | {"coordinates": known.chart.mark}
     draws = _sampled(spec, known, (seed, options), Checkpoint(folder, mark, options.resume))
     with stage(options.quiet, "predict and check"):
-        return _told(known.found, known.weights, draws, records, (seed, compile_s))
+        return _told(known, draws, records, (seed, compile_s))
 
 
 def search_once(
@@ -278,14 +288,14 @@ def _monitored(problem: Problem, chart: Chart, u: np.ndarray) -> dict[str, np.nd
 
 
 def _told(
-    found: Found,
-    weights: ModeWeights,
+    known: Searched,
     draws: Draws,
     records: tuple[Record, ...],
     run: tuple[int, float],
 ) -> Calibrated:
     """Work out what the draws say of everything that is reported."""
     seed, compile_s = run
+    found = known.found
     problem, rng = found.problem, np.random.default_rng([seed, 2])
     values, curves, _ = _valued(problem, draws.thinned(TABLED_STEPS))
     kept, kept_curves, flat = _valued(problem, draws.thinned(KEPT_STEPS))
@@ -295,8 +305,7 @@ def _told(
     prior = rng.standard_normal((PREDICTED, flat.shape[1]))
     sensors = sensor_draws(laws, rng)
     return Calibrated(
-        found=found,
-        weights=weights,
+        known=known,
         draws=draws,
         values=values,
         frictions=curves,

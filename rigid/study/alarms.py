@@ -10,7 +10,7 @@ from rigid.spec import Spec
 from rigid.study.discovery import Question, answer, candidates
 from rigid.validation.alarms import Alarms, alarms
 from rigid.validation.campaign import Base, draw, read_base
-from rigid.validation.design import Design, arguments, read_arguments
+from rigid.validation.design import FAST, Design, arguments, read_arguments
 
 
 def one(given: Given) -> dict[str, Any]:
@@ -44,7 +44,7 @@ def count_alarms(base: Base, count: int, design: Design, options: Options) -> Al
     - `count`: campaigns, the same as the first replicates of `design`. - `options`: as of
       `rigid.study.validation.validate`; rows lie beside those of the replicates.
     """
-    design = replace(design, full=False)
+    design = replace(design, fit=FAST)
     name = design.name.replace("fast", "discover")
     files = tuple(dict.fromkeys(r.path.absolute() for r in base.records))
     jobs = [

@@ -27,7 +27,16 @@ from rigid.study.alarms import count_alarms
 from rigid.study.result import CommandResult
 from rigid.validation.agreement import Agreement, agreement
 from rigid.validation.campaign import Base, standard
-from rigid.validation.design import BREAKS, Design, arguments
+from rigid.validation.design import (
+    BREAKS,
+    FAST,
+    FITS,
+    FULL,
+    IGNORED,
+    SLOPES,
+    Design,
+    arguments,
+)
 from rigid.validation.misfit import Effect, effects
 from rigid.validation.replicate import one
 from rigid.validation.verdict import Verdict, verdict
@@ -41,7 +50,8 @@ FOLDER = "validation"
 class Replicates:
     """What a validation is asked.
 
-    - `count`: campaigns. - `full`: fit each as the command does; else fast.
+    - `count`: campaigns. - `fit`: "fast"; "full", as the command does; "slopes", none at all: the
+      likelihood's slope at the truth is tested alone, in seconds a campaign.
     - `posterior`: a posterior.nc around which campaigns are drawn; None: from the priors.
     - `misfit`: prior sds by which a constant of the rig is drawn from elsewhere, each in turn.
     - `broken`: break the likelihood on purpose, one of "noise-halved", "rounding-ignored",
@@ -50,7 +60,7 @@ class Replicates:
     """
 
     count: int = 100
-    full: bool = False
+    fit: str = FAST
     posterior: Path | str | None = None
     misfit: float = 0.0
     broken: str | None = None
@@ -59,6 +69,13 @@ class Replicates:
     def __post_init__(self) -> None:
         if self.broken is not None and self.broken not in BREAKS:
             raise InputError(f"broken = {self.broken!r}: it is one of {', '.join(BREAKS)}")
+        if self.fit not in FITS:
+            raise InputError(f"fit = {self.fit!r}: it is one of {', '.join(FITS)}")
+        if self.fit == SLOPES and (self.misfit or self.discover or self.broken == IGNORED):
+            raise InputError(
+                "slopes at truths say nothing of a misfit, of discover or of colour-ignored, which "
+                "are faults of a fit: leave them out, or fit"
+            )
         if self.count < 1:
             raise InputError(f"{self.count} replicates: at least 1 is needed")
         if self.discover and (self.misfit or self.broken):
@@ -123,7 +140,7 @@ def validate(base: Base, asked: Replicates, seed: int, options: Options) -> Vali
     Raises InputError for a posterior that is not of this spec's parameters.
     """
     around = {} if asked.posterior is None else around_of(base, Path(asked.posterior))
-    design = Design(seed, asked.full, asked.broken, 0.0, asked.misfit, around)
+    design = Design(seed, asked.fit, asked.broken, 0.0, asked.misfit, around)
     spec = base.spec
     files = tuple(dict.fromkeys(r.path.absolute() for r in base.records))
     jobs = [
@@ -150,12 +167,12 @@ def validate(base: Base, asked: Replicates, seed: int, options: Options) -> Vali
 
 def _beside(kept: Path | None, design: Design, used: list[dict[str, Any]]) -> Agreement | None:
     """Rows of this run beside those of the other mode in the same folder."""
-    if kept is None:
+    if kept is None or design.fit == SLOPES:
         return None
-    other = replace(design, full=not design.full)
+    other = replace(design, fit=FAST if design.fit == FULL else FULL)
     rows = read_rows(kept / f"{other.name}.jsonl")
     beside = [row["value"] for row in rows if row["failed"] is None]
-    return agreement(beside, used) if design.full else agreement(used, beside)
+    return agreement(beside, used) if design.fit == FULL else agreement(used, beside)
 
 
 def around_of(base: Base, path: Path) -> dict[str, tuple[float, float]]:

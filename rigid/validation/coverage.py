@@ -1,9 +1,11 @@
-"""How often intervals hold the truth, with exact bands."""
+"""How often intervals hold the truth: of one quantity with exact bands, of all together."""
 
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from scipy.stats import binom, binomtest
+from scipy.stats import binom, binomtest, norm, t
 
 LEVELS = (0.5, 0.9)
 """Of the central intervals that a fit quotes."""
@@ -66,3 +68,75 @@ def shown_from(n: int, level: float, alpha: float) -> float:
         return 0.0
     shares = np.linspace(0.0, level, 1001)
     return float(shares[binom.cdf(fewest, n, shares) >= POWER].max(initial=0.0))
+
+
+@dataclass(frozen=True)
+class Held:
+    """What intervals of all quantities hold together, and what the slopes at the truths foretell.
+
+    Quantities of one campaign miss together, since they hang on each other: the mean share of a
+    campaign is one number, and its spread from campaign to campaign says how well the mean is
+    known. A study of some dozen campaigns owes much of it to their chance, which the slopes at the
+    truths tell without any fit: the difference of the two is known better, and is the fit's own.
+
+    - `name`: of the campaigns. - `level`: of the intervals. - `n`: campaigns.
+    - `share`, `error`: mean share of quantities inside, its standard error.
+    - `foretold`: the same of parameters alone, by slopes; `apart`, `apart_error`: share of
+      parameters less foretold. - `p`: of differences as far from 0, by chance.
+    """
+
+    name: str
+    level: float
+    n: int
+    share: float
+    error: float
+    foretold: float
+    apart: float
+    apart_error: float
+    p: float
+    adjusted: float = 1.0
+
+    @property
+    def says(self) -> str:
+        """What was found, in a sentence."""
+        off = self.level + self.apart
+        return (
+            f"{100 * self.level:.0f} % intervals of all quantities hold {100 * self.share:.1f} ± "
+            f"{100 * self.error:.1f} % of truths; with the chance of these campaigns taken off "
+            f"{100 * off:.1f} ± {100 * self.apart_error:.1f} %"
+        )
+
+
+def held(
+    name: str, values: Sequence[Mapping[str, Any]], quantities: Sequence[str], level: float
+) -> Held | None:
+    """Count over all quantities; None for fewer than three campaigns, or rows without slopes.
+
+    - `values`: of rows.
+    """
+    if len(values) < 3 or any("foretold" not in v for v in values):
+        return None
+    wide = float(norm.ppf(0.5 + 0.5 * level))
+    every = np.array([_inside(v["ranks"], quantities, level) for v in values])
+    own = np.array([_inside(v["ranks"], v["foretold"], level) for v in values])
+    told = np.array([np.mean(np.abs([*v["foretold"].values()]) < wide) for v in values])
+    apart = own - told
+    spread = float(apart.std(ddof=1) / np.sqrt(len(values)))
+    off = abs(float(apart.mean())) / spread if spread > 0.0 else 0.0
+    return Held(
+        name=name,
+        level=level,
+        n=len(values),
+        share=float(every.mean()),
+        error=float(every.std(ddof=1) / np.sqrt(len(values))),
+        foretold=float(told.mean()),
+        apart=float(apart.mean()),
+        apart_error=spread,
+        p=float(2.0 * t.sf(off, len(values) - 1)),
+    )
+
+
+def _inside(ranks: Mapping[str, float], names: Iterable[str], level: float) -> float:
+    """Share of some quantities whose truth is in the central interval of a level."""
+    found = np.array([ranks[name] for name in names if name in ranks])
+    return float(np.mean(np.abs(found - 0.5) <= 0.5 * level))

@@ -9,8 +9,12 @@ from rigid.jobs.job import Given
 from rigid.spec.read import parse_spec
 from rigid.spec.values import Spec
 
-BREAKS = ("noise-halved", "rounding-ignored", "colour-ignored", "record-twice")
+IGNORED = "colour-ignored"
+BREAKS = ("noise-halved", "rounding-ignored", IGNORED, "record-twice")
 """Ways to break the likelihood on purpose."""
+FAST, FULL, SLOPES = FITS = ("fast", "full", "slopes")
+"""Weighted draws of the law around the optimum near the truth; as the command fits; not at all, for
+the likelihood's slope at the truth needs no fit."""
 COLOUR = 0.8
 """Correlation of neighbouring samples of noise in campaigns for a likelihood that ignores it."""
 
@@ -19,8 +23,7 @@ COLOUR = 0.8
 class Design:
     """How replicates are drawn and fitted.
 
-    - `seed`: of everything random. - `full`: fit as the command does; else weighted draws of the
-      law around the optimum near the truth.
+    - `seed`: of everything random. - `fit`: one of FITS.
     - `broken`: how the likelihood is broken, one of BREAKS; None: it is not.
     - `colour`: correlation of neighbouring samples of noise, 0 for white noise.
     - `shift`: misfit, in prior sds: a constant of the rig is drawn from that far away.
@@ -28,7 +31,7 @@ class Design:
     """
 
     seed: int
-    full: bool = False
+    fit: str = FAST
     broken: str | None = None
     colour: float = 0.0
     shift: float = 0.0
@@ -37,7 +40,7 @@ class Design:
     @property
     def name(self) -> str:
         """Name of the file of rows."""
-        parts = ["full" if self.full else "fast"]
+        parts = [self.fit]
         parts += [self.broken] if self.broken else []
         parts += ["misfit"] if self.shift else []
         parts += ["around"] if self.around else []

@@ -1,8 +1,10 @@
 """Where a truth lies among draws: posterior probability below it, for all that a fit quotes.
 
-Under a sound posterior each is uniform from campaign to campaign, whatever the model.
+Under a sound posterior each is uniform from campaign to campaign, whatever the model. So is that of
+the weight that the law over the modes gives: where a law, and what began in it, miss the places
+where truths lie, these weigh more than nearly all draws.
 Sources: Talts et al. (2018), simulation-based calibration; Modrak et al. (2023), Bayesian Analysis,
-for the log-posterior as a quantity; Lemos et al. (2023), ICML, TARP.
+for the log-posterior and other quantities that hang on the data; Lemos et al. (2023), ICML, TARP.
 """
 
 from collections.abc import Mapping
@@ -14,6 +16,7 @@ from scipy.stats import norm
 from rigid.inference.coordinates import chart_of
 from rigid.inference.derived import frictions, values_of
 from rigid.inference.friction_curve import FREQUENCIES
+from rigid.inference.search_cache import Searched
 from rigid.likelihood.problem import Problem
 from rigid.validation.draws import Weighted, evaluated
 
@@ -21,12 +24,12 @@ HERTZ = (0.1, 1.0, 10.0, 100.0)
 """Frequencies at which both parts of mu(omega) are ranked."""
 ENDS = (0.01, 80.0)
 """Frequencies whose |mu| a fit quotes."""
-LOG_POSTERIOR, TARP = "log-posterior", "TARP"
+LOG_POSTERIOR, TARP, WEIGHT = "log-posterior", "TARP", "weight"
 """What is ranked of the posterior as a whole."""
 
 
 def ranks(
-    problem: Problem,
+    known: Searched,
     draws: Weighted,
     truth: np.ndarray,
     sensors: Mapping[str, tuple[float, float]],
@@ -34,9 +37,10 @@ def ranks(
 ) -> dict[str, float]:
     """Posterior probability below the truth, by quantity.
 
-    - `truth` (size,): in z. - `sensors`: true gain and zero by sensor.
-    - `rng`: places TARP's point of reference.
+    - `known`: the fit whose draws these are. - `truth` (size,): in z. - `sensors`: true gain and
+      zero by sensor. - `rng`: places TARP's point of reference.
     """
+    problem = known.found.problem
     out = {
         label: _below(draws.z[:, i], draws.weight, truth[i])
         for i, label in enumerate(problem.parameters.labels)
@@ -55,6 +59,12 @@ def ranks(
     there = evaluated(problem, truth[None])[0][0]
     out[LOG_POSTERIOR] = _below(draws.log_posterior, draws.weight, there)
     out[TARP] = tarp(problem, draws, truth, rng)
+
+    def weights(z: np.ndarray, log_posterior: np.ndarray | float) -> np.ndarray:
+        return log_posterior - known.law.log_density(known.chart.straight(z))
+
+    own = float(weights(truth[None], there)[0])
+    out[WEIGHT] = _below(weights(draws.z, draws.log_posterior), draws.weight, own)
     return out
 
 

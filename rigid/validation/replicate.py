@@ -3,6 +3,7 @@
 import dataclasses
 import hashlib
 import tempfile
+from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -11,15 +12,17 @@ import numpy as np
 
 from rigid.inference.calibrate import Asked, calibrate, propose
 from rigid.inference.search import Found, search_from
+from rigid.inference.search_cache import Searched
 from rigid.io.cli import Options
 from rigid.jobs.job import Given
 from rigid.likelihood.problem import Problem
 from rigid.spec import Spec
 from rigid.validation.broken import broken, kept
 from rigid.validation.campaign import Base, Campaign, draw, read_base
-from rigid.validation.design import COLOUR, Design, read_arguments
+from rigid.validation.design import COLOUR, FULL, IGNORED, SLOPES, Design, read_arguments
 from rigid.validation.draws import Weighted, chained, hopeless, of_chain, weighted
 from rigid.validation.ranks import ranks
+from rigid.validation.score import SCORE, Score, score
 
 PRIOR_STARTS = 1
 """Starts of a fast search that know nothing of the truth, beside the one that begins there. They
@@ -32,35 +35,65 @@ DIGITS = 6
 def one(given: Given) -> dict[str, Any]:
     """Draw, fit and rank the replicate of a job.
 
-    Returns `ranks` by quantity; `width` (posterior sd over prior sd) and `error` (posterior mean
-    less truth, in posterior sds) by parameter; how the posterior was summed; what was shifted.
+    Returns `ranks` by quantity; `width` (posterior sd over prior sd), `error` (posterior mean less
+    truth, in posterior sds) and `foretold` (the same, as the slope at the truth has it) by
+    parameter; that slope's length; how the posterior was summed; what was shifted.
     """
     spec, design, number = read_arguments(given)
-    if design.broken == "colour-ignored":
+    if design.broken == IGNORED:
         design = dataclasses.replace(design, colour=COLOUR)
     around = tuple(sorted(design.around.items()))
     base = _base(spec.text, str(spec.path), str(given.root), around, _Held(spec))
     campaign = draw(base, design, number)
+    told = {"number": number, "campaign": _mark(campaign), "refused": campaign.refused}
+    if design.fit == SLOPES:
+        problem = broken(campaign.problem, design.broken, campaign.z)
+        return told | _unfitted(_slope(problem, campaign))
     rng = np.random.default_rng([design.seed, number, 1])
-    problem, draws, modes = (
-        _full(base, campaign, design, rng) if design.full else _fast(campaign, design, rng)
+    known, draws = (
+        _full(base, campaign, design, rng) if design.fit == FULL else _fast(campaign, design, rng)
     )
+    problem = known.found.problem
     truth = kept(problem, campaign.z, campaign.problem)
     sd = np.sqrt(np.diag(draws.covariance))
     labels = problem.parameters.labels
+    slope = _slope(problem, campaign)
+    found = ranks(known, draws, truth, campaign.sensors, rng) | {SCORE: slope.rank}
+    return (
+        told
+        | {
+            "good": bool(draws.good),
+            "ess": round(draws.ess, 1),
+            "pareto_k": None if draws.pareto_k is None else round(draws.pareto_k, 3),
+            "modes": len(known.found.optima),
+            "ranks": _rounded(found),
+            "width": _rounded(dict(zip(labels, sd, strict=True))),
+            "error": _rounded(dict(zip(labels, (draws.mean - truth) / sd, strict=True))),
+            "shifted": _told_shift(problem, campaign, draws),
+        }
+        | _told_slope(slope)
+    )
+
+
+def _slope(problem: Problem, campaign: Campaign) -> Score:
+    """The slope at the truth of what is fitted."""
+    return score(problem, kept(problem, campaign.z, campaign.problem), campaign.sensors)
+
+
+def _unfitted(slope: Score) -> dict[str, Any]:
+    """What a row says where nothing is fitted."""
     return {
-        "number": number,
-        "campaign": _mark(campaign),
-        "refused": campaign.refused,
-        "good": bool(draws.good),
-        "ess": round(draws.ess, 1),
-        "pareto_k": None if draws.pareto_k is None else round(draws.pareto_k, 3),
-        "modes": modes,
-        "ranks": _rounded(ranks(problem, draws, truth, campaign.sensors, rng)),
-        "width": _rounded(dict(zip(labels, sd, strict=True))),
-        "error": _rounded(dict(zip(labels, (draws.mean - truth) / sd, strict=True))),
-        "shifted": _told_shift(problem, campaign, draws),
-    }
+        "good": True,
+        "pareto_k": None,
+        "ranks": _rounded({SCORE: slope.rank}),
+        "width": {},
+    } | _told_slope(slope)
+
+
+def _told_slope(slope: Score) -> dict[str, Any]:
+    """What a row says of a slope."""
+    told = {"length": round(slope.length, DIGITS), "size": slope.size}
+    return {"slope": told, "foretold": _rounded(slope.errors)}
 
 
 def _mark(campaign: Campaign) -> str:
@@ -90,7 +123,7 @@ def _base(text: str, path: str, root: str, around: tuple, held: _Held) -> Base: 
 
 def _fast(
     campaign: Campaign, design: Design, rng: np.random.Generator
-) -> tuple[Problem, Weighted, int]:
+) -> tuple[Searched, Weighted]:
     """Weighted draws of the law around the optima near the truth and from a few prior starts.
 
     Where their weights do not do, the draws of a short chain that begins in that law.
@@ -103,18 +136,18 @@ def _fast(
     draws = None if hopeless(known.weights.kish) else weighted(known, rng)
     if draws is None or not draws.good:
         draws = chained(known, int(rng.integers(2**31)))
-    return found.problem, draws, len(found.optima)
+    return known, draws
 
 
 def _without_colour(found: Found, problem: Problem, design: Design) -> Found:
     """A search whose problem takes correlated residuals for independent ones, where asked for."""
-    ignored = design.broken == "colour-ignored"
+    ignored = design.broken == IGNORED
     return dataclasses.replace(found, problem=problem) if ignored else found
 
 
 def _full(
     base: Base, campaign: Campaign, design: Design, rng: np.random.Generator
-) -> tuple[Problem, Weighted, int]:
+) -> tuple[Searched, Weighted]:
     """Draws of the chain that the command makes, its search and its stopping rule included."""
     seed = int(rng.integers(2**31))
     spec = base.spec
@@ -122,10 +155,10 @@ def _full(
     problem = broken(campaign.problem, design.broken, campaign.z)
     with tempfile.TemporaryDirectory(prefix="rigid-") as folder:
         done = calibrate(Asked(spec, campaign.records, problem), options, Path(folder))
-    return done.problem, of_chain(done.problem, done.draws), len(done.found.optima)
+    return done.known, of_chain(done.problem, done.draws)
 
 
-def _rounded(values: dict[str, float]) -> dict[str, float]:
+def _rounded(values: Mapping[str, float]) -> dict[str, float]:
     return {name: round(float(value), DIGITS) for name, value in values.items()}
 
 

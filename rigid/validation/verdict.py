@@ -1,98 +1,39 @@
-"""What the rows of a validation say: every test, corrected for their number, and what to do."""
+"""What the rows of a validation say, and what to do."""
 
-import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
-
-import numpy as np
+from typing import Any
 
 from rigid.inference.summary import Check
 from rigid.validation.alarms import Alarms
-from rigid.validation.coverage import LEVELS, Coverage, coverage, shown_from
-from rigid.validation.design import Design
-from rigid.validation.ecdf import p_value
-from rigid.validation.ranks import LOG_POSTERIOR, TARP
+from rigid.validation.coverage import LEVELS, Held, shown_from
+from rigid.validation.design import FULL, SLOPES, Design
+from rigid.validation.ranks import LOG_POSTERIOR, TARP, WEIGHT
+from rigid.validation.score import SCORE, Slopes, slopes
+from rigid.validation.tested import ALPHA, EVERY, JOINT, Part, Tested, tests
 
-ALPHA = 0.01
-"""Probability with which a sound method is called none, over all tests together: half of it is for
-the quantities, half for the posterior as a whole, whose few tests would be lost among theirs."""
 FEWEST = 20
 """Replicates that a verdict takes."""
 MOST_UNRELIABLE = 0.1
 """Share of replicates whose sums cannot be trusted from which on those that can say too little."""
-JOINT = (LOG_POSTERIOR, TARP)
-EVERY = "all"
-
-
-class Part(NamedTuple):
-    """Ranks (n,) of some of the replicates, and the probability that they are uniform."""
-
-    name: str
-    ranks: np.ndarray
-    p: float
-
-
-@dataclass(frozen=True, eq=False)
-class Tested:
-    """One quantity over all replicates.
-
-    - `ranks` (n,). - `p`: that its ranks are uniform. - `coverage`: of each level.
-    - `adjusted`: least probability of its tests, corrected for the number of all tests (Holm) and
-      the share of ALPHA that they have.
-    - `gained`: median over replicates of 1 - posterior sd / prior sd; None for what has no prior of
-      its own.
-    - `worst`: of a joint rank, the replicates that fit it least: all, or those summed in one way.
-    """
-
-    name: str
-    ranks: np.ndarray
-    p: float
-    coverage: tuple[Coverage, ...]
-    adjusted: float
-    gained: float | None
-    worst: Part | None = None
-
-    @property
-    def ok(self) -> bool:
-        """Whether no test of it fails."""
-        return self.adjusted >= ALPHA
-
-    @property
-    def says(self) -> str:
-        """What is wrong with it, in words; empty where nothing is."""
-        if self.ok:
-            return ""
-        mean, wide = float(self.ranks.mean()), self.coverage[-1]
-        side = (mean - 0.5) * np.sqrt(12.0 * len(self.ranks))
-        if abs(side) > 3.0:
-            way = "small" if side > 0.0 else "large"
-            return (
-                f"estimates are too {way}: the truth lies at {mean:.2f} of the posterior, not 0.5"
-            )
-        if wide.share < wide.level:
-            return (
-                f"intervals are too narrow: {100 * wide.level:.0f} % intervals hold "
-                f"{100 * wide.share:.0f} %"
-            )
-        return (
-            f"intervals are too wide: {100 * wide.level:.0f} % intervals hold "
-            f"{100 * wide.share:.0f} %"
-        )
 
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
     """What a validation found.
 
-    - `design`. - `tested`: every quantity, the joint ones last. - `replicates`: used.
+    - `design`. - `tested`: every quantity, the joint ones last. - `held`: by intervals of all
+      quantities together, of all replicates and of those summed in one way. - `replicates`: used.
     - `unreliable`: fitted, but with sums that cannot be trusted; left out. - `failed`: not fitted.
+    - `slopes`: at the truths; None for rows without any.
     - `refused`: draws that the readers refused, over all replicates. - `cpu_s`: CPU time of all.
     - `alarms`: of discovery on the same campaigns; None where it was not asked.
     """
 
     design: Design
     tested: tuple[Tested, ...]
+    held: tuple[Held, ...]
+    slopes: Slopes | None
     replicates: int
     unreliable: int
     failed: int
@@ -106,7 +47,10 @@ class Verdict:
         heard = () if self.alarms is None else (self.alarms.check,)
         if self.replicates < 2:
             return (self._enough, *heard)
-        return (self._enough, self._reliable, self._marginal, self._joint, *heard)
+        if self.design.fit == SLOPES:
+            return (self._enough, self._alone)
+        together = (self._together,) if self.held else ()
+        return (self._enough, self._reliable, self._marginal, self._joint, *together, *heard)
 
     @property
     def usable(self) -> bool:
@@ -124,6 +68,8 @@ class Verdict:
         if n < FEWEST:
             says = f"{n} replicates say too little; run with --replicates 100 --resume"
             return Check("replicates", False, says)
+        if self.design.fit == SLOPES:
+            return Check("replicates", True, f"{n} replicates, of which none was fitted")
         tests = 3 * sum(t.name not in JOINT for t in self.tested)
         least = shown_from(n, LEVELS[-1], 0.5 * ALPHA / tests)
         says = (
@@ -141,8 +87,17 @@ class Verdict:
         )
         if lost <= MOST_UNRELIABLE * done:
             return Check("reliable", True, says)
-        todo = "look at the rows" if self.design.full else "run with --full, which draws by chains"
+        full = self.design.fit == FULL
+        todo = "look at the rows" if full else "run with --full, which draws by chains"
         return Check("reliable", False, f"{says}; those that are left say too little: {todo}")
+
+    @property
+    def _alone(self) -> Check:
+        slope, told = self.tested[-1], "" if self.slopes is None else self.slopes.says
+        if slope.ok:
+            return Check("likelihood", True, f"{told} (p = {slope.p:.2g} of their ranks)")
+        says = f"{told}: {_of_the_whole(slope)}; no fit can mend that"
+        return Check("likelihood", False, says)
 
     @property
     def _marginal(self) -> Check:
@@ -169,17 +124,52 @@ class Verdict:
         says = "; ".join(f"{t.name}: {_of_the_whole(t)}" for t in wrong)
         return Check("joint", False, f"{says}; do not use this spec's posterior as it stands")
 
+    @property
+    def _together(self) -> Check:
+        worst = min(self.held, key=lambda one: one.adjusted)
+        if worst.adjusted >= ALPHA:
+            return Check("coverage", True, self.held[0].says)
+        way = "narrow" if worst.apart < 0.0 else "wide"
+        says = (
+            f"{_among(worst.name, worst.n)}{worst.says}: the fit makes them too {way} "
+            f"(p = {worst.adjusted:.2g})"
+        )
+        return Check("coverage", False, says)
+
+
+WHOLE = {
+    LOG_POSTERIOR: (
+        "the posterior as a whole is too wide or off",
+        "the posterior as a whole is too narrow",
+    ),
+    TARP: (
+        "the posterior as a whole is too narrow",
+        "the posterior as a whole is too wide or off",
+    ),
+    WEIGHT: (
+        "draws come too rarely where truths lie",
+        "draws come too often where truths do not lie",
+    ),
+    SCORE: (
+        "the likelihood is surer than its campaigns allow, before any fit",
+        "the likelihood is less sure than its campaigns allow, before any fit",
+    ),
+}
+"""What a joint rank says where it is too high, and too low."""
+
 
 def _of_the_whole(tested: Tested) -> str:
     """What a joint rank says where it fails."""
     found = tested.worst or Part(EVERY, tested.ranks, tested.p)
     mean = float(found.ranks.mean())
-    way = "too narrow" if (mean < 0.5) == (tested.name == LOG_POSTERIOR) else "too wide or off"
-    among = "" if found.name == EVERY else f"among the {len(found.ranks)} replicates {found.name} "
     return (
-        f"{among}the posterior as a whole is {way} (mean rank {mean:.2f}, "
-        f"p = {tested.adjusted:.2g})"
+        f"{_among(found.name, len(found.ranks))}{WHOLE[tested.name][mean < 0.5]} "
+        f"(mean rank {mean:.2f}, p = {tested.adjusted:.2g})"
     )
+
+
+def _among(name: str, n: int) -> str:
+    return "" if name == EVERY else f"among the {n} replicates {name} "
 
 
 def verdict(design: Design, rows: Sequence[Mapping[str, Any]]) -> Verdict:
@@ -190,78 +180,17 @@ def verdict(design: Design, rows: Sequence[Mapping[str, Any]]) -> Verdict:
     done = [row["value"] for row in rows if row["failed"] is None]
     used = [value for value in done if value["good"]]
     names = list(dict.fromkeys(name for value in used for name in value["ranks"]))
-    names = [n for n in names if n not in JOINT] + [n for n in JOINT if n in names]
+    single = [name for name in names if name not in JOINT]
+    joint = [name for name in JOINT if name in names]
+    tested, together = tests(single, joint, used) if len(used) > 1 else ((), ())
     return Verdict(
         design=design,
-        tested=_tested(names, used) if len(used) > 1 else (),
+        tested=tested,
+        held=together,
+        slopes=slopes(used),
         replicates=len(used),
         unreliable=len(done) - len(used),
         failed=len(rows) - len(done),
         refused=sum(value["refused"] for value in done),
         cpu_s=sum(row["cost"]["cpu_s"] or 0.0 for row in rows),
     )
-
-
-def _tested(names: Sequence[str], used: Sequence[Mapping[str, Any]]) -> tuple[Tested, ...]:
-    found = [one for name in names if len((one := _uncorrected(name, used)).ranks) > 1]
-    single = [t for t in found if t.name not in JOINT]
-    tests = [[t.p, *(c.p for c in t.coverage)] for t in single]
-    corrected = (
-        holm(np.array(tests).ravel()).reshape(len(single), -1) if single else np.empty((0, 1))
-    )
-    told = [
-        _shared(t, float(least)) for t, least in zip(single, corrected.min(axis=1), strict=True)
-    ]
-    joint = [(t, _parts(t.name, used)) for t in found if t.name in JOINT]
-    left = iter(holm(np.array([part.p for _, parts in joint for part in parts])).tolist())
-    for one, parts in joint:
-        least, worst = min(((next(left), part) for part in parts), key=lambda pair: pair[0])
-        told.append(dataclasses.replace(_shared(one, least), worst=worst))
-    return tuple(told)
-
-
-def _shared(tested: Tested, least: float) -> Tested:
-    """Put in the least probability of a quantity, of the two kinds of tests."""
-    return dataclasses.replace(tested, adjusted=min(2.0 * least, 1.0))
-
-
-def _uncorrected(name: str, used: Sequence[Mapping[str, Any]]) -> Tested:
-    ranks = _ranks(name, used)
-    widths = [v["width"][name] for v in used if name in v["width"]]
-    gained = 1.0 - float(np.median(widths)) if widths else None
-    shares = tuple(coverage(ranks, level) for level in LEVELS)
-    return Tested(name, ranks, _uniform(ranks), shares, 1.0, gained)
-
-
-def _ranks(name: str, used: Sequence[Mapping[str, Any]]) -> np.ndarray:
-    return np.array([v["ranks"][name] for v in used if name in v["ranks"]])
-
-
-def _uniform(ranks: np.ndarray) -> float:
-    return p_value(ranks) if len(ranks) > 1 else 1.0
-
-
-def _parts(name: str, used: Sequence[Mapping[str, Any]]) -> list[Part]:
-    """All replicates, then those summed by weighted draws and by chains, each for itself.
-
-    The hard campaigns fall to chains; what these miss is lost among the others.
-    """
-    weights = [v for v in used if v["pareto_k"] is not None]
-    chains = [v for v in used if v["pareto_k"] is None]
-    parts = [(EVERY, used)]
-    if weights and chains:
-        parts += [("by weights", weights), ("by chain", chains)]
-    listed = [(label, _ranks(name, some)) for label, some in parts]
-    return [Part(label, ranks, _uniform(ranks)) for label, ranks in listed]
-
-
-def holm(p: np.ndarray) -> np.ndarray:
-    """Probabilities (n,) corrected for their number.
-
-    Source: Holm (1979), Scandinavian Journal of Statistics 6.
-    """
-    order = np.argsort(p)
-    stepped = np.maximum.accumulate(p[order] * np.arange(len(p), 0, -1))
-    out = np.empty(len(p))
-    out[order] = np.minimum(stepped, 1.0)
-    return out

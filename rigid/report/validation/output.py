@@ -8,7 +8,8 @@ from rigid.io.files import finite
 from rigid.spec import Spec
 from rigid.validation.agreement import Agreement
 from rigid.validation.misfit import Effect
-from rigid.validation.verdict import Tested, Verdict
+from rigid.validation.tested import Tested
+from rigid.validation.verdict import Verdict
 
 SCHEMA = 1
 
@@ -29,6 +30,8 @@ def as_dict(
         "failed": found.failed,
         "refused_draws": found.refused,
         "quantities": {one.name: _tested(one) for one in found.tested},
+        "slopes": None if found.slopes is None else asdict(found.slopes),
+        "together": [asdict(one) for one in found.held],
         "fast_beside_full": None if beside is None else asdict(beside) | {"ok": beside.ok},
         "discovery": None if found.alarms is None else asdict(found.alarms),
         "misfit": [_effect(one) for one in misfits],

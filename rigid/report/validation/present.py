@@ -9,12 +9,15 @@ from rigid.report.validation.section import RankShown, ValidationContent
 from rigid.spec import Spec
 from rigid.validation.agreement import Agreement
 from rigid.validation.coverage import LEVELS, Coverage
+from rigid.validation.design import FAST, FULL, SLOPES, Design
 from rigid.validation.ecdf import band, counts, points
 from rigid.validation.misfit import Effect, first_for_each
-from rigid.validation.verdict import JOINT, Tested, Verdict
+from rigid.validation.tested import JOINT, Tested
+from rigid.validation.verdict import Verdict
 
 BAND = 0.95
 """Level of the band that is drawn; verdicts rest on probabilities corrected for all tests."""
+FITTED = {FAST: "fast", FULL: "as the command fits"}
 MOST_ROWS = 12
 """Quantities in the table of the terminal where none fails."""
 
@@ -67,10 +70,7 @@ def front(found: Verdict, misfits: Sequence[Effect]) -> Front:
         state=state,
         ruling=ruling(found, misfits),
         why=tuple(c.says for c in found.checks if not c.ok) if state == BAD else (),
-        answers=tuple(
-            Answer(one.name, _share(one.coverage[-1]), one.says or "of truths in 90 % intervals")
-            for one in (*found.faults[:3], *(t for t in found.tested if t.name in JOINT and t.ok))
-        ),
+        answers=_answers(found),
         cannot=(
             "Whether the model itself is right: campaigns are drawn from it. A prior that does not "
             "fit is tried with `--misfit`, a missing effect with `rigid discover`.",
@@ -78,6 +78,25 @@ def front(found: Verdict, misfits: Sequence[Effect]) -> Front:
         next=_next(found),
         figure="ranks",
     )
+
+
+def _answers(found: Verdict) -> tuple[Answer, ...]:
+    """All quantities together, then those that fail."""
+    lines = []
+    if found.held:
+        every = found.held[0]
+        own = (
+            f"of truths in {every.level:.0%} intervals of all quantities; "
+            f"{100 * (every.level + every.apart):.1f} ± {100 * every.apart_error:.1f} % with the "
+            "chance of these campaigns taken off"
+        ).replace("%", " %", 1)
+        share = f"{100 * every.share:.1f} ± {100 * every.error:.1f} %"
+        lines.append(Answer("all quantities", share, own))
+    lines += [
+        Answer(one.name, _share(one.coverage[-1]), f"of truths in 90 % intervals: {one.says}")
+        for one in found.faults[:3]
+    ]
+    return tuple(lines)
 
 
 def ruling(found: Verdict, misfits: Sequence[Effect] = ()) -> str:
@@ -94,11 +113,15 @@ def ruling(found: Verdict, misfits: Sequence[Effect] = ()) -> str:
     told = f"after {found.replicates} replicates"
     broken = f", the likelihood broken on purpose ({design.broken})" if design.broken else ""
     if found.usable:
-        return (
-            f"Sound {told}{broken}: ranks, coverage and the joint posterior are as they should be."
-        )
+        return f"Sound {told}{broken}: {_as_they_should(design)}."
     first = next(c for c in found.checks if not c.ok)
     return f"Not sound {told}{broken}: {first.says}."
+
+
+def _as_they_should(design: Design) -> str:
+    if design.fit == SLOPES:
+        return "the likelihood's slopes at the truths are as long as it says"
+    return "ranks, coverage and the joint posterior are as they should be"
 
 
 def _next(found: Verdict) -> tuple[str, ...]:
@@ -107,11 +130,13 @@ def _next(found: Verdict) -> tuple[str, ...]:
         return ()
     if found.design.shift:
         return ("Widen the prior of a constant that may be so far off, and fit again.",)
+    if found.design.fit == SLOPES and found.usable:
+        return ("Validate the fits too: the same command without `--slopes`.",)
     if found.usable:
         finer = "For finer faults: more `--replicates`, with `--resume`."
         return (f"Quote the intervals of this spec. {finer}",)
     lines = ["Widen what the spec knows too well (priors, noise, gains), or report a defect."]
-    if not found.design.full:
+    if found.design.fit == FAST:
         lines.insert(0, "Run with `--full` first: it shows whether the fast mode is what fails.")
     return tuple(lines)
 
@@ -119,16 +144,29 @@ def _next(found: Verdict) -> tuple[str, ...]:
 def notes(found: Verdict, beside: Agreement | None) -> tuple[str, ...]:
     """Sentences on how to read the section."""
     design = found.design
+    if design.fit == SLOPES:
+        return (
+            "No campaign was fitted. Over campaigns drawn from priors and likelihood the slope of "
+            "the log-posterior at the truth has mean zero and the information there as covariance; "
+            "`score` is the probability of a shorter one, uniform where the likelihood is right. "
+            "It says nothing of search and draws: leave `--slopes` out for these.",
+        )
     where = "around the posterior that was given" if design.around else "from the priors"
     lines = [
         f"Campaigns are drawn {where} through the records' own sampling, valve programmes, sensors "
-        f"and converters, and fitted {'as the command fits' if design.full else 'fast'}. "
+        f"and converters, and fitted {FITTED[design.fit]}. "
         f"{found.refused} further draws would have been refused as records of this rig.",
         "Under a sound posterior the probability below the truth is uniform from campaign to "
         "campaign. A quantity fails where one of its three tests does at a level of 1 % for all "
         "tests together (Holm).",
+        "Two ranks tell where a fault lies. `score` is that of the likelihood's slope at the "
+        "truth, before any fit: high where the likelihood itself is too sure. `weight` is that of "
+        "what a truth weighs against the law that draws are made of: high where draws miss the "
+        "places of truths. The slope also foretells how far off each estimate must be; what "
+        "intervals hold less than so foretold is the fit's own doing, the rest is the chance of "
+        "these campaigns.",
     ]
-    if not design.full:
+    if design.fit == FAST:
         lines.append(
             "The fast mode sums weighted draws of the law around the best fits near the truth and "
             "from a prior start, or, where their weights do not do, a short chain that begins "
@@ -165,11 +203,14 @@ def table(found: Verdict, beside: Agreement | None, misfits: Sequence[Effect]) -
             )
     else:
         lines.append(f"{'quantity':28}{'p':>9}{'50 % holds':>18}{'90 % holds':>18}{'narrower':>10}")
-        shown = list(found.faults) or [*found.tested[: MOST_ROWS - 2], *found.tested[-2:]]
+        joint = [one for one in found.tested if one.name in JOINT]
+        shown = list(found.faults) or [*found.tested[: MOST_ROWS - len(joint)], *joint]
         lines += [_line(one) for one in dict.fromkeys(shown)]
         if len(shown) < len(found.tested):
             lines.append(f"({len(found.tested) - len(shown)} more quantities in the report)")
-    lines += [one.says for one in (beside, found.alarms) if one is not None]
+    lines += [
+        one.says for one in (found.slopes, *found.held[:1], beside, found.alarms) if one is not None
+    ]
     return "\n".join(lines) + "\n"
 
 

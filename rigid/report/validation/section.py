@@ -10,7 +10,7 @@ from rigid.report.section import Kind
 from rigid.report.validation import figures
 from rigid.validation.alarms import Alarms
 from rigid.validation.misfit import Effect
-from rigid.validation.verdict import Tested
+from rigid.validation.tested import Tested
 
 TITLE, ORDER, TEMPLATE = "Validation", 60, "validation.html.j2"
 
