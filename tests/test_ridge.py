@@ -134,7 +134,7 @@ def test_points_go_where_the_posterior_is():
     w = cloud.points(np.random.default_rng(4).standard_normal((2048, 2)))
     value = 0.5 * np.sum(((w - centre) / sds) ** 2, axis=1)
     modes = [
-        ConditionalMode(at, np.zeros(1), np.zeros((1, 2)), v)
+        ConditionalMode(at, np.zeros(1), np.zeros((1, 2)), np.eye(1), v)
         for at, v in zip(w, value, strict=True)
     ]
     moved = cloud.moved(modes, cloud.log_density(w))

@@ -317,7 +317,8 @@ def row_of(number: int, rng: np.random.Generator, by_chain: bool, tarp: float) -
     ranks = named | {"log-posterior": float(rng.uniform()), "TARP": tarp}
     value = {
         "number": number, "good": True, "refused": 0, "ranks": ranks, "error": {},
-        "width": dict.fromkeys(named, 0.5), "pareto_k": None if by_chain else 0.3, "shifted": None,
+        "width": dict.fromkeys(named, 0.5), "shifted": None,
+        "by": "chain" if by_chain else "weights",
     }  # fmt: skip
     return {"failed": None, "value": value, "cost": {"cpu_s": 1.0}}
 

@@ -84,12 +84,14 @@ class ConditionalMode(NamedTuple):
     """Where the posterior is highest given w (wide,).
 
     - `x` (n,): the narrow entries, then gains and zeros; `slopes` (n, wide): dx/dw.
+    - `factor` (narrow, narrow): lower Cholesky factor of the narrow entries' covariance there.
     - `value`: minus the log of the posterior integrated over x, as if it were Gaussian there.
     """
 
     w: Floats
     x: Floats
     slopes: Floats
+    factor: Floats
     value: float
 
 
@@ -100,7 +102,7 @@ def ridge_chart(found: Found) -> Chart:
     # `expanded` holds noise levels; they do not bend what the records say of the other numbers.
     held = is_noise(problem)
     for width in WIDE:
-        local = partial(_expanded, problem, chart)
+        local = expansion_of(problem, chart)
         bend = bend_of(local, chart.straightened(best), held, width)
         if bend is not None:
             chart = dataclasses.replace(chart, bends=(*chart.bends, bend))
@@ -202,7 +204,9 @@ def mode_at(
             across = information[:, :size] @ along.factor[:, :wide]
             slopes = np.asarray(-np.linalg.solve(known, axes.T @ across), dtype=np.float64)
             volume = 0.5 * float(np.linalg.slogdet(known)[1])
-            return ConditionalMode(w, x, slopes, float(at.value) - promise + volume)
+            spread = np.linalg.inv(known)[: along.narrow, : along.narrow]
+            factor = np.asarray(np.linalg.cholesky(spread), dtype=np.float64)
+            return ConditionalMode(w, x, slopes, factor, float(at.value) - promise + volume)
         value = float(at.value) + SETTLED
     return None
 
@@ -338,6 +342,11 @@ class Design(NamedTuple):
             coefficients = half.coefficients(np.full(self.x.shape[1], strength))
             found[1 - fold :: 2] = self.terms[1 - fold :: 2] @ coefficients
         return found
+
+
+def expansion_of(problem: Problem, chart: Chart) -> Local:
+    """Return what expands a problem in the coordinates of a chart; noise levels are held."""
+    return partial(_expanded, problem, chart)
 
 
 def _expanded(problem: Problem, chart: Chart, u: Floats, others: Floats) -> Expansion:

@@ -1,4 +1,8 @@
-"""Weighted draws of a posterior with all that is ranked among them."""
+"""Weighted draws of a posterior with all that is ranked among them.
+
+Of the law over the modes where their weights do; else each of a conditional mode of its own; else
+those of a chain.
+"""
 
 import dataclasses
 from collections.abc import Mapping
@@ -9,22 +13,38 @@ import numpy as np
 
 from rigid.inference.adaptation import drawn
 from rigid.inference.calibrate import UNRELIABLE
+from rigid.inference.nested import nested
 from rigid.inference.posterior import stack
 from rigid.inference.proposal import kish, pareto_shape
 from rigid.inference.sample import Draws, Settings, sample
 from rigid.inference.search_cache import Searched
-from rigid.likelihood.problem import Problem, evaluate, in_batches, log_posterior, walkers
+from rigid.likelihood.problem import (
+    Problem,
+    evaluate,
+    in_batches,
+    log_density,
+    log_posterior,
+    walkers,
+)
 
 ESS = 200.0
 """Independent draws that weighted ones are to be worth: a rank then is known to 0.035 or better,
 which adds less than 2 % to the variance that ranks have from campaign to campaign (1/12)."""
 BATCH, MOST_DRAWS = 2048, 12_288
+SLICES, MOST_SLICES = 200, 1200
+"""Draws at conditional modes of their own in a lot, and at most."""
+ALONE = 0.999
+"""Share of the posterior around its best fit from which on modes are followed from there."""
 ENSEMBLES, CHAIN_BLOCK, CHAIN_STEPS, R_HAT = 2, 50, 3000, 1.02
 """Of a chain that takes over where weights do not do: the fewest ensembles that R-hat compares, one
 of which begins apart, and a limit that means of ESS draws can keep. What such chains still miss
 stands in docs/studies/validation.md."""
 KEPT_STEPS = 20
 """Steps of each walker of a chain that ranks are taken among, as many as posterior.nc holds."""
+
+
+WEIGHTS, SLICED, CHAIN = BY = ("weights", "conditional modes", "chain")
+"""Ways to draw."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +55,7 @@ class Weighted:
     - `sensors`: by label, (5, n): mean of gain and zero, variance of the gain, covariance, variance
       of the zero, given z.
     - `pareto_k`: shape of the weights' tail; None where all weigh the same, as those of a chain.
-    - `settled`: whether a chain has met its stopping rule.
+    - `by`: how they were drawn, one of BY. - `settled`: whether a chain has met its stopping rule.
     """
 
     z: np.ndarray
@@ -43,6 +63,7 @@ class Weighted:
     log_posterior: np.ndarray
     sensors: Mapping[str, np.ndarray]
     pareto_k: float | None
+    by: str = WEIGHTS
     settled: bool = True
 
     @property
@@ -122,6 +143,27 @@ def _together(parts: list, log_weight: np.ndarray) -> Weighted:
     )
 
 
+def sliced(known: Searched, rng: np.random.Generator) -> Weighted | None:
+    """Draw at conditional modes; None where the posterior has no ridge, or several modes."""
+    problem, chart = known.found.problem, known.chart
+    law = nested(known.found, chart, rng) if known.weights.weights[0] > ALONE else None
+    if law is None:
+        return None
+    density = chart.density(lambda z: log_density(problem, z))
+    z, logs = np.empty((0, problem.parameters.size)), np.empty(0)
+    while True:
+        fresh = law.drawn(density, rng, SLICES)
+        z = np.concatenate([z, chart.standard(fresh.z)])
+        logs = np.concatenate([logs, fresh.log_weight])
+        usable = np.isfinite(logs)
+        weight = np.exp(logs[usable] - logs.max()) if usable.any() else np.zeros(0)
+        if not usable.any() or kish(weight) >= ESS or len(logs) >= MOST_SLICES:
+            break
+    value, sensors = evaluated(problem, z[usable])
+    shape = float(pareto_shape(weight)) if usable.any() else np.inf
+    return Weighted(z[usable], weight, value, sensors, shape, SLICED)
+
+
 def chained(known: Searched, seed: int) -> Weighted:
     """Draws of a short chain, whose walkers take most of their steps from the law over the modes.
 
@@ -147,4 +189,4 @@ def of_chain(problem: Problem, draws: Draws) -> Weighted:
     chain = stack(draws.thinned(KEPT_STEPS).z)
     z = chain.reshape(-1, chain.shape[-1])
     value, sensors = evaluated(problem, z)
-    return Weighted(z, np.ones(len(z)), value, sensors, None, draws.converged)
+    return Weighted(z, np.ones(len(z)), value, sensors, None, CHAIN, draws.converged)

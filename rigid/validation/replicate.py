@@ -20,7 +20,7 @@ from rigid.spec import Spec
 from rigid.validation.broken import broken, kept
 from rigid.validation.campaign import Base, Campaign, draw, read_base
 from rigid.validation.design import COLOUR, FULL, IGNORED, SLOPES, Design, read_arguments
-from rigid.validation.draws import Weighted, chained, hopeless, of_chain, weighted
+from rigid.validation.draws import Weighted, chained, hopeless, of_chain, sliced, weighted
 from rigid.validation.ranks import ranks
 from rigid.validation.score import SCORE, Score, score
 
@@ -64,6 +64,7 @@ def one(given: Given) -> dict[str, Any]:
         | {
             "good": bool(draws.good),
             "ess": round(draws.ess, 1),
+            "by": draws.by,
             "pareto_k": None if draws.pareto_k is None else round(draws.pareto_k, 3),
             "modes": len(known.found.optima),
             "ranks": _rounded(found),
@@ -84,7 +85,7 @@ def _unfitted(slope: Score) -> dict[str, Any]:
     """What a row says where nothing is fitted."""
     return {
         "good": True,
-        "pareto_k": None,
+        "by": None,
         "ranks": _rounded({SCORE: slope.rank}),
         "width": {},
     } | _told_slope(slope)
@@ -126,7 +127,8 @@ def _fast(
 ) -> tuple[Searched, Weighted]:
     """Weighted draws of the law around the optima near the truth and from a few prior starts.
 
-    Where their weights do not do, the draws of a short chain that begins in that law.
+    Where their weights do not do, draws at conditional modes of their own; where those do not
+    either, the draws of a short chain that begins in that law.
     """
     problem = broken(campaign.problem, design.broken, campaign.z)
     near = np.clip(kept(problem, campaign.z, campaign.problem), -FARTHEST, FARTHEST)
@@ -134,6 +136,8 @@ def _fast(
     found = _without_colour(search_from(problem, first), problem, design)
     known = propose(found, rng)
     draws = None if hopeless(known.weights.kish) else weighted(known, rng)
+    if draws is None or not draws.good:
+        draws = sliced(known, rng)
     if draws is None or not draws.good:
         draws = chained(known, int(rng.integers(2**31)))
     return known, draws

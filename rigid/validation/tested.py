@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigid.validation.coverage import LEVELS, Coverage, Held, coverage, held
+from rigid.validation.draws import BY
 from rigid.validation.ecdf import p_value
 from rigid.validation.ranks import LOG_POSTERIOR, TARP, WEIGHT
 from rigid.validation.score import SCORE
@@ -122,14 +123,13 @@ def _uniform(ranks: np.ndarray) -> float:
 
 
 def _parts(used: Sequence[Mapping[str, Any]]) -> list[tuple[str, Sequence[Mapping[str, Any]]]]:
-    """All replicates, then those summed by weighted draws and by chains, each for itself.
+    """All replicates, then those drawn in one way, each for itself.
 
-    The hard campaigns fall to chains; what these miss is lost among the others.
+    What the ways for hard campaigns miss is lost among the others.
     """
-    weights = [v for v in used if v["pareto_k"] is not None]
-    chains = [v for v in used if v["pareto_k"] is None]
-    both = [("by weights", weights), ("by chain", chains)] if weights and chains else []
-    return [(EVERY, used), *both]
+    ways = [(way, [v for v in used if v["by"] == way]) for way in BY]
+    some = [(f"by {way}", values) for way, values in ways if values]
+    return [(EVERY, used), *(some if len(some) > 1 else [])]
 
 
 def _ranked(name: str, parted: list[tuple[str, Sequence[Mapping[str, Any]]]]) -> list[Part]:

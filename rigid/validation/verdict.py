@@ -23,7 +23,7 @@ class Verdict:
     """What a validation found.
 
     - `design`. - `tested`: every quantity, the joint ones last. - `held`: by intervals of all
-      quantities together, of all replicates and of those summed in one way. - `replicates`: used.
+      quantities together, of all replicates and of those drawn in one way. - `replicates`: used.
     - `unreliable`: fitted, but with sums that cannot be trusted; left out. - `failed`: not fitted.
     - `slopes`: at the truths; None for rows without any.
     - `refused`: draws that the readers refused, over all replicates. - `cpu_s`: CPU time of all.
