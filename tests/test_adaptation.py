@@ -38,7 +38,7 @@ def test_a_law_too_narrow_along_one_axis_is_stretched_there_alone():
 
 def test_few_draws_change_nothing():
     found = weighed(np.ones(SIZE), np.ones(SIZE))
-    few = Weighted(found.z[:SIZE], found.log_weight[:SIZE])
+    few = Weighted(found.z[:SIZE], found.log_prob[:SIZE], found.log_weight[:SIZE])
     assert fitted(START, few, DOF).modes == START.modes
 
 

@@ -94,7 +94,7 @@ def test_the_first_answer_is_told_early_and_agrees_with_the_last(fitted):
     """A Gaussian around the best fit: within half a posterior sd here, and marked as what it is."""
     told = fitted.done.stderr.split("first answer after")[1]
     assert "preliminary" in told.splitlines()[0]
-    assert "sample: " in told  # the chain came afterwards
+    assert "sample by weights: " in told  # the draws came afterwards
     for name in ("k_LC", "mu", "kappa[stroll,left]"):
         row = next(line.split() for line in told.splitlines() if line.split()[:1] == [name])
         last = fitted.result["parameters"][name]

@@ -17,9 +17,13 @@ EVEN = 0.2
 
 
 class Weighted(NamedTuple):
-    """Draws z (n, d) of a proposal, and the log of the weight (n,) each has for the posterior."""
+    """Draws z (n, d) of a proposal, for a posterior.
+
+    - `log_prob` (n,): of the posterior, unnormalised. - `log_weight` (n,): of each draw.
+    """
 
     z: NDArray[np.float64]
+    log_prob: NDArray[np.float64]
     log_weight: NDArray[np.float64]
 
     @property
@@ -41,8 +45,8 @@ def drawn(log_prob: LogProb, proposal: MixtureProposal, rng: Random, draws: int)
     """
     z = proposal.sample(rng, draws)
     raw = np.asarray(log_prob(z), dtype=float)
-    finite = np.isfinite(raw)
-    return Weighted(z, np.where(finite, raw, -np.inf) - proposal.log_density(z))
+    raw = np.where(np.isfinite(raw), raw, -np.inf)
+    return Weighted(z, raw, raw - proposal.log_density(z))
 
 
 def adapted(
@@ -65,10 +69,10 @@ def adapted(
     for _ in range(ROUNDS):
         fresh = drawn(log_prob, proposals[-1], rng, draws)
         z = np.concatenate([z, fresh.z])
-        raw = np.concatenate([raw, fresh.log_weight + proposals[-1].log_density(fresh.z)])
+        raw = np.concatenate([raw, fresh.log_prob])
         mixed = np.logaddexp.reduce([proposal.log_density(z) for proposal in proposals], axis=0)
         shares.append(fresh.even)
-        proposals.append(fitted(first, Weighted(z, raw - mixed), dof))
+        proposals.append(fitted(first, Weighted(z, raw, raw - mixed), dof))
         if len(shares) > 1 and shares[-1] >= EVEN:
             break
     return proposals[int(np.argmax(shares))]

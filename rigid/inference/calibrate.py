@@ -7,7 +7,6 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-import jax.numpy as jnp
 import numpy as np
 
 from rigid.inference.adaptation import LEAST_WEIGHT, adapted
@@ -22,13 +21,14 @@ from rigid.inference.derived import (
     sensor_draws,
     values_of,
 )
-from rigid.inference.friction_curve import FREQUENCIES, Friction
+from rigid.inference.friction_curve import Friction
 from rigid.inference.pointwise import Blocks, blocks
 from rigid.inference.posterior import stack
-from rigid.inference.proposal import MixtureProposal, ModeWeights, mode_weights
+from rigid.inference.proposal import UNRELIABLE, MixtureProposal, ModeWeights, mode_weights
 from rigid.inference.reference_check import SolverCheck, against_reference
 from rigid.inference.ridge import as_wide_as_prior, ridge_chart
-from rigid.inference.sample import Draws, Settings, Status, sample
+from rigid.inference.sample import Draws
+from rigid.inference.sampling import sampled
 from rigid.inference.search import Found, compile_programs, search_from
 from rigid.inference.search_cache import Searched, once
 from rigid.inference.steady_first import beginnings, steady_part, with_ease
@@ -37,7 +37,7 @@ from rigid.io.cli import Options
 from rigid.io.progress import say, stage
 from rigid.io.version import __version__
 from rigid.likelihood.effect_lookup import marks
-from rigid.likelihood.problem import Problem, log_density, log_posterior, walkers
+from rigid.likelihood.problem import Problem, log_density
 from rigid.records.record import Record
 from rigid.spec import Spec
 
@@ -52,10 +52,6 @@ PREDICTED = 128
 
 MODE_DRAWS = 2048
 REMADE = "the laws around the best fits do not fit: taken from differences instead"
-UNRELIABLE = 0.7
-"""Pareto shape of importance weights from which on the laws around the best fits do not cover the
-posterior: where a model misses something. Source: Vehtari et al. (2024), section 3."""
-
 FAR_SHARE = 0.2
 """Of the first draws, for laws as wide as the prior along what is hardly told."""
 FIRST_DOF, DOF = 8.0, 16.0
@@ -152,7 +148,7 @@ def calibrate(
     compile_s = time.monotonic() - began
     known = search_once(asked, options, folder, searched)
     mark = _mark(asked, seed) | {"coordinates": known.chart.mark}
-    draws = _sampled(spec, known, (seed, options), Checkpoint(folder, mark, options.resume))
+    draws = sampled(spec.sampler, known, (seed, options), Checkpoint(folder, mark, options.resume))
     with stage(options.quiet, "predict and check"):
         return _told(known, draws, records, (seed, compile_s))
 
@@ -233,58 +229,6 @@ def fingerprint(spec: Spec, records: tuple[Record, ...], seed: int) -> dict[str,
     return {"spec": said, "version": __version__} | {
         f"record {r.name},{r.cylinder}": r.sha256 for r in records
     }
-
-
-def _sampled(
-    spec: Spec,
-    known: Searched,
-    run: tuple[int, Options],
-    checkpoint: Checkpoint,
-) -> Draws:
-    """Run the ensembles under the spec's stopping rule; how far they are is their least ESS."""
-    seed, options = run
-    problem, chart, rule = known.found.problem, known.chart, spec.sampler
-    settings = Settings(
-        ensembles=rule.ensembles,
-        walkers=rule.walkers or walkers(problem),
-        block=rule.block,
-        max_steps=rule.max_steps,
-        r_hat=rule.r_hat,
-        ess=rule.ess,
-        seed=seed,
-    )
-    density = chart.density(lambda z: np.asarray(log_posterior(problem, jnp.asarray(z))))
-
-    with stage(options.quiet, "sample", int(rule.ess), "least ESS") as shown:
-
-        def report(status: Status) -> None:
-            steps = f"{status.steps} steps"
-            if status.ess is None:
-                shown.reach(0, steps)
-            else:
-                r_hat = f"R-hat {status.r_hat:.3f} of {status.r_hat_name} (limit {rule.r_hat})"
-                shown.reach(int(status.ess), f"{steps}, {r_hat}")
-
-        monitor = partial(_monitored, problem, chart)
-        draws = sample(density, known.law, settings, monitor, checkpoint, report)
-    return dataclasses.replace(draws, z=chart.standard(draws.z))
-
-
-def _monitored(problem: Problem, chart: Chart, u: np.ndarray) -> dict[str, np.ndarray]:
-    """What must have converged, (n,) each: parameters, sums, |mu| at both ends of its range."""
-    release = int(np.argmin(abs(FREQUENCIES - 80.0)))
-    z = chart.standard(u)
-    views = frictions(problem, values_of(problem, z))
-    summed = zip(chart.names, chart.summed(z).T, strict=True)
-    return (
-        dict(zip(problem.parameters.labels, z.T, strict=True))
-        | dict(summed)
-        | {
-            f"|mu| at {frequency:g} Hz {label}".strip(): view.magnitude[:, at]
-            for label, view in views.items()
-            for frequency, at in ((0.01, 0), (80.0, release))
-        }
-    )
 
 
 def _told(

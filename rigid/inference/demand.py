@@ -91,8 +91,8 @@ class Demand:
         refused = "; it would be refused" if self.memory > room else ""
         return (
             f"a fit takes about {duration(self.seconds)} and {_gib(self.memory)} of memory on this "
-            f"machine ({cores}, {_gib(room)} free), if {self.steps} steps of the chain are "
-            f"enough{refused}"
+            f"machine ({cores}, {_gib(room)} free) with {self.steps} steps of a chain, less where "
+            f"weighted draws do{refused}"
         )
 
     def require_room(self, where: object) -> None:

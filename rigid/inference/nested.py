@@ -117,14 +117,15 @@ class Nested:
                 volume[i] = np.sum(np.log(np.diag(mode.factor)))
         z = self.centre + q @ self.along.factor.T
         raw = np.asarray(log_prob(z.reshape(draws * TRIED, -1)), dtype=float).reshape(draws, TRIED)
+        raw = np.where(np.isfinite(raw) & np.isfinite(volume)[:, None], raw, -np.inf)
         student = -0.5 * (DOF + d) * np.log1p(np.sum(units**2, axis=-1) / DOF)
-        log_weight = np.where(np.isfinite(raw), raw, -np.inf) - student + volume[:, None]
-        log_weight = np.where(np.isfinite(volume)[:, None], log_weight, -np.inf)
+        log_weight = raw - student + np.where(np.isfinite(volume), volume, 0.0)[:, None]
         # One of those tried, each with the chance that its weight gives it.
         gumbel = rng.gumbel(size=log_weight.shape)
         kept = np.argmax(log_weight + gumbel, axis=1)
         mean = np.logaddexp.reduce(log_weight, axis=1) - np.log(TRIED)
-        return Weighted(z[np.arange(draws), kept], mean - self.law.log_density(w))
+        rows = np.arange(draws)
+        return Weighted(z[rows, kept], raw[rows, kept], mean - self.law.log_density(w))
 
 
 def nested(found: Found, chart: Chart, rng: Random) -> Nested | None:

@@ -238,6 +238,11 @@ def _laplace_weights(modes: tuple[Mode, ...]) -> NDArray[np.float64]:
     return np.exp(np.maximum(logs - logs.max(), -500.0))  # exp(-500) is small, and not zero
 
 
+UNRELIABLE = 0.7
+"""Pareto shape from which on sums over weighted draws cannot be trusted: their law does not cover
+the posterior. Source: Vehtari et al. (2024), section 3."""
+
+
 def pareto_shape(weight: NDArray[np.float64]) -> float:
     """Shape k of the generalised Pareto law fitted to the largest weights (n,).
 

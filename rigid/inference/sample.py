@@ -75,6 +75,7 @@ class Draws:
     - evaluations, failed: points asked of the likelihood, and those without a finite value
     - converged, says: may they be used; if not, what is lacking and in which quantity
     - seconds: spent sampling, over all runs
+    - weighed: whether walkers are lots of weighted draws, said as often as they weigh
     """
 
     z: NDArray[np.float64]
@@ -86,6 +87,7 @@ class Draws:
     converged: bool
     says: str
     seconds: float
+    weighed: bool = False
 
     def thinned(self, most: int) -> "Draws":
         """Every n-th step, with the least n that leaves at most `most` steps of each walker."""

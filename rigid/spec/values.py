@@ -97,8 +97,12 @@ MOST_SEED = 2**63 - 1
 
 
 class SamplerSpec(Value):
-    """How long and how wide to sample; `walkers` 0 chooses by the number of parameters."""
+    """How long and how wide to sample; `walkers` 0 chooses by the number of parameters.
 
+    - `method`: "emcee": chains; None: weighted draws where their weights do, else chains.
+    """
+
+    method: Literal["emcee"] | None = None
     seed: Annotated[Whole, Field(ge=0, le=MOST_SEED)] = 1
     ensembles: Annotated[Whole, Field(ge=2, le=256)] = 4
     walkers: Annotated[Whole, Field(ge=0, le=100_000, multiple_of=2)] = 0

@@ -12,11 +12,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from rigid.inference.adaptation import drawn
-from rigid.inference.calibrate import UNRELIABLE
 from rigid.inference.nested import nested
 from rigid.inference.posterior import stack
-from rigid.inference.proposal import kish, pareto_shape
+from rigid.inference.proposal import UNRELIABLE, kish, pareto_shape
 from rigid.inference.sample import Draws, Settings, sample
+from rigid.inference.sampling import ridge_alone
 from rigid.inference.search_cache import Searched
 from rigid.likelihood.problem import (
     Problem,
@@ -33,8 +33,6 @@ which adds less than 2 % to the variance that ranks have from campaign to campai
 BATCH, MOST_DRAWS = 2048, 12_288
 SLICES, MOST_SLICES = 200, 1200
 """Draws at conditional modes of their own in a lot, and at most."""
-ALONE = 0.999
-"""Share of the posterior around its best fit from which on modes are followed from there."""
 ENSEMBLES, CHAIN_BLOCK, CHAIN_STEPS, R_HAT = 2, 50, 3000, 1.02
 """Of a chain that takes over where weights do not do: the fewest ensembles that R-hat compares, one
 of which begins apart, and a limit that means of ESS draws can keep. What such chains still miss
@@ -146,7 +144,7 @@ def _together(parts: list, log_weight: np.ndarray) -> Weighted:
 def sliced(known: Searched, rng: np.random.Generator) -> Weighted | None:
     """Draw at conditional modes; None where the posterior has no ridge, or several modes."""
     problem, chart = known.found.problem, known.chart
-    law = nested(known.found, chart, rng) if known.weights.weights[0] > ALONE else None
+    law = nested(known.found, chart, rng) if ridge_alone(known) else None
     if law is None:
         return None
     density = chart.density(lambda z: log_density(problem, z))

@@ -5,8 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rigid.inference.adaptation import drawn
-from rigid.inference.calibrate import UNRELIABLE
-from rigid.inference.proposal import kish, pareto_shape
+from rigid.inference.proposal import UNRELIABLE, kish, pareto_shape
 from rigid.inference.search_cache import Searched
 from rigid.likelihood.problem import log_density
 
@@ -28,9 +27,9 @@ def weighted(known: Searched, rng: np.random.Generator) -> Drawn:
     density = chart.density(lambda z: log_density(known.found.problem, z))
     draws, logs = [], []
     while True:
-        u, log_weight = drawn(density, known.law, rng, BATCH)
-        draws.append(chart.standard(u))
-        logs.append(log_weight)
+        fresh = drawn(density, known.law, rng, BATCH)
+        draws.append(chart.standard(fresh.z))
+        logs.append(fresh.log_weight)
         every = np.concatenate(logs)
         weight = np.exp(every - every.max())
         good = kish(weight) >= ESS and pareto_shape(weight) < UNRELIABLE

@@ -73,23 +73,31 @@ def methods(spec: Spec, done: Calibrated, found: Result) -> str:
     counted = Counter(KINDS[record.kind].name for record in done.records)
     kinds = wording.listed([f"{n} {kind}" for kind, n in counted.items()])
     ensembles, steps, walkers, size = done.draws.z.shape
-    sampled = sum(int(np.isfinite(c.data).sum()) for c in done.shown)
+    readings = sum(int(np.isfinite(c.data).sum()) for c in done.shown)
     effects = wording.listed([name.replace("-", " ") for name in spec.model.effects])
     rows = [row.summary for row in found.parameters]
     r_hat = max((s.r_hat for s in rows if s.r_hat is not None), default=None)
     ess = min((s.ess_bulk for s in rows if s.ess_bulk is not None), default=None)
     version = f"rigid {__version__}" + (f" (commit {commit()})" if commit() else "")
     invented = " The records are simulated; no rig was measured." if spec.simulated else ""
+    if done.draws.weighed:
+        drawn = ensembles * steps * walkers
+        sampled_by = (
+            f"The posterior was sampled by {drawn} weighted draws in {ensembles} independent lots"
+        )
+    else:
+        sampled_by = (
+            f"The posterior was sampled by {ensembles} independent ensembles of {walkers} walkers "
+            f"({steps} steps kept after {done.draws.warmup} of warm-up)"
+        )
     sentences = [
         f"The {size} uncertain parameters of the rig were identified jointly from "
-        f"{len(done.records)} records ({kinds}; {sampled} samples in all) with {version}.",
+        f"{len(done.records)} records ({kinds}; {readings} samples in all) with {version}.",
         f"The model consists of {effects}.",
         "Gains and zeros of the sensors were integrated out; rounding by the converter and the "
         "autocorrelation of the noise are part of the likelihood.",
-        f"The posterior was sampled by {ensembles} independent ensembles of {walkers} walkers "
-        f"({steps} steps kept after {done.draws.warmup} of warm-up); the largest R-hat between "
-        f"ensembles is {metrology.ratio(r_hat, 3)} and the least effective sample size is "
-        f"{metrology.ratio(ess, 0)}.",
+        f"{sampled_by}; the largest R-hat between them is {metrology.ratio(r_hat, 3)} and the "
+        f"least effective sample size is {metrology.ratio(ess, 0)}.",
     ]
     if done.solver is not None:
         sentences.append(f"Checked against a full numerical solution: {done.solver.says}.")

@@ -15,7 +15,7 @@ from rigid.spec import Spec
 DRAWS = 2000
 """Quantiles of so many are within 0.04 sds of those of the Gaussian."""
 
-SAYS = "preliminary: a Gaussian around the best fit; the chain has not run yet"
+SAYS = "preliminary: a Gaussian around the best fit; nothing is drawn yet"
 
 LOCAL = ("noise", "preload", "release_time")
 """What nobody waits for."""

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from rigid.inference.calibrate import UNRELIABLE
+from rigid.inference.proposal import UNRELIABLE
 from rigid.inference.search_cache import Searched
 from rigid.inference.summary import Check
 from rigid.io.files import csv_text, finite

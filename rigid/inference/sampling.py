@@ -1,0 +1,137 @@
+"""How a posterior is drawn: by walkers, or by weighted draws where these do better."""
+
+import dataclasses
+from collections.abc import Iterator
+from functools import partial
+
+import jax.numpy as jnp
+import numpy as np
+
+from rigid.inference.adaptation import Weighted, drawn
+from rigid.inference.checkpoint import Checkpoint
+from rigid.inference.coordinates import Chart
+from rigid.inference.derived import frictions, values_of
+from rigid.inference.friction_curve import FREQUENCIES
+from rigid.inference.importance import Draw, Progress, weighed
+from rigid.inference.nested import nested
+from rigid.inference.proposal import LogProb, MixtureProposal, Random
+from rigid.inference.sample import Draws, Monitor, Settings, Status, sample
+from rigid.inference.search_cache import Searched
+from rigid.io.cli import Options
+from rigid.io.progress import stage
+from rigid.likelihood.problem import Problem, log_density, log_posterior, walkers
+from rigid.spec.values import SamplerSpec
+
+LEAST_SHARE, FINITE = 0.1, 0.5
+"""Share of effective draws of the law over the modes from which on drawing of it costs less than
+walkers, and the Pareto shape below which weights have a variance."""
+HOPELESS = 0.03
+"""Share below which that law misses the ridge of the posterior: a chain that begins in it agrees
+with itself, and not with the truth (docs/studies/validation.md)."""
+ALONE = 0.999
+"""Share of the posterior around its best fit from which on its ridge is followed from there."""
+STREAM = 4
+"""Number of this part of a fit among those that draw from its seed."""
+EACH, EACH_AT_MODES = 256, 64
+"""Draws of a lot in a round: of the law over the modes, at conditional modes of their own."""
+
+
+def sampled(
+    rule: SamplerSpec, known: Searched, run: tuple[int, Options], checkpoint: Checkpoint
+) -> Draws:
+    """Draw from a posterior under a spec's stopping rule, in z.
+
+    - `run`: seed and options. - `checkpoint`: of walkers; weighted draws are made anew.
+    """
+    seed, options = run
+    problem, chart = known.found.problem, known.chart
+    settings = Settings(
+        ensembles=rule.ensembles,
+        walkers=rule.walkers or walkers(problem),
+        block=rule.block,
+        max_steps=rule.max_steps,
+        r_hat=rule.r_hat,
+        ess=rule.ess,
+        seed=seed,
+    )
+    monitor = partial(_monitored, problem, chart)
+    ways = (partial(_weighed, *way) for way in _weighted_ways(rule, known, seed))
+    tried = (way(settings, monitor, options.quiet) for way in ways)
+    found = next((draws for draws in tried if draws is not None), None)
+    if found is None:
+        found = _walked(known, settings, monitor, (checkpoint, options))
+    return dataclasses.replace(found, z=chart.standard(found.z))
+
+
+def ridge_alone(known: Searched) -> bool:
+    """Whether the posterior is one ridge through its best fit."""
+    return float(known.weights.weights[0]) > ALONE
+
+
+def _weighted_ways(
+    rule: SamplerSpec, known: Searched, seed: int
+) -> Iterator[tuple[str, Draw, int]]:
+    """Weighted draws that may do: title, how to draw, how many a lot gets in a round."""
+    if rule.method == "emcee":
+        return
+    density = known.chart.density(lambda z: log_density(known.found.problem, z))
+    even = known.weights.kish
+    if even > LEAST_SHARE and known.weights.pareto_k < FINITE:
+        yield "sample by weights", partial(_of_law, density, known.law), EACH
+    if even < HOPELESS and ridge_alone(known):
+        law = nested(known.found, known.chart, np.random.default_rng([seed, STREAM]))
+        if law is not None:
+            yield "sample along the ridge", partial(law.drawn, density), EACH_AT_MODES
+
+
+def _of_law(density: LogProb, law: MixtureProposal, rng: Random, draws: int) -> Weighted:
+    return drawn(density, law, rng, draws)
+
+
+def _weighed(
+    title: str, draw: Draw, each: int, settings: Settings, monitor: Monitor, quiet: bool
+) -> Draws | None:
+    """Weigh draws until they do; how far they are is their least ESS."""
+    with stage(quiet, title, int(settings.ess), "least ESS") as shown:
+
+        def report(far: Progress) -> None:
+            shown.reach(int(far.ess), f"{far.draws} draws")
+
+        return weighed(draw, each, settings, monitor, report)
+
+
+def _walked(
+    known: Searched, settings: Settings, monitor: Monitor, run: tuple[Checkpoint, Options]
+) -> Draws:
+    """Run ensembles of walkers; how far they are is their least ESS."""
+    checkpoint, options = run
+    problem = known.found.problem
+    density = known.chart.density(lambda z: np.asarray(log_posterior(problem, jnp.asarray(z))))
+    with stage(options.quiet, "sample", int(settings.ess), "least ESS") as shown:
+
+        def report(status: Status) -> None:
+            steps = f"{status.steps} steps"
+            if status.ess is None:
+                shown.reach(0, steps)
+            else:
+                r_hat = f"R-hat {status.r_hat:.3f} of {status.r_hat_name} (limit {settings.r_hat})"
+                shown.reach(int(status.ess), f"{steps}, {r_hat}")
+
+        return sample(density, known.law, settings, monitor, checkpoint, report)
+
+
+def _monitored(problem: Problem, chart: Chart, u: np.ndarray) -> dict[str, np.ndarray]:
+    """What must have converged, (n,) each: parameters, sums, |mu| at both ends of its range."""
+    release = int(np.argmin(abs(FREQUENCIES - 80.0)))
+    z = chart.standard(u)
+    views = frictions(problem, values_of(problem, z))
+    summed = zip(chart.names, chart.summed(z).T, strict=True)
+    return (
+        dict(zip(problem.parameters.labels, z.T, strict=True))
+        | dict(summed)
+        | {
+            f"|mu| at {frequency:g} Hz {label}".strip(): view.magnitude[:, at]
+            for label, view in views.items()
+            for frequency, at in ((0.01, 0), (80.0, release))
+        }
+    )
