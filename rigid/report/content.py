@@ -263,6 +263,7 @@ class CalibrationContent(Content):
     friction: FrictionCurve | None = None
     draws: ParameterDraws | None = None
     traces: tuple[Trace, ...] = ()
+    weighed: bool = False
     roots: Roots | None = None
     budgets: tuple[GumBudget, ...] = ()
     paper: ForPaper | None = None

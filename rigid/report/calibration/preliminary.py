@@ -1,4 +1,4 @@
-"""The first answer of a fit: a Gaussian around the best fit, while the chain makes it exact."""
+"""The first answer of a fit: a Gaussian around the best fit, while draws make it exact."""
 
 import time
 

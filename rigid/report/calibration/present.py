@@ -55,6 +55,7 @@ def content(spec: Spec, done: Calibrated, found: Result) -> page.CalibrationCont
         friction=curve,
         draws=corner(done),
         traces=traces(done),
+        weighed=done.draws.weighed,
         roots=roots_shown(done),
         budgets=budgets(done, numbers),
         paper=for_paper(spec, done, found, numbers, choices),

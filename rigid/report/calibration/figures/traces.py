@@ -15,6 +15,16 @@ from rigid.report.content import CalibrationContent
 
 PLACE = "convergence"
 
+WALKED = (
+    "One colour an ensemble. Left of each pair: mean over the walkers at each step; grey: "
+    "discarded, and cut off where far away. Right: where the draws of each ensemble rank among "
+    "all draws; ensembles that sample the same posterior lie around the dashed line."
+)
+WEIGHTED = (
+    "One colour a lot of weighted draws. Left of each pair: mean over the parts of a lot, draw by "
+    "draw. Right: where the draws of each lot rank among all draws; lots of the same posterior lie "
+    "around the dashed line."
+)
 _COLUMNS = 2
 _ROW_HEIGHT = 1.55
 
@@ -26,10 +36,8 @@ def drawn(content: CalibrationContent) -> Iterator[Drawn]:
     yield Drawn(
         "traces",
         trace_figure(content.traces, content.simulated),
-        "One colour an ensemble. Left of each pair: mean over the walkers at each step; grey: "
-        "discarded, and cut off where far away. Right: where the draws of each ensemble rank among "
-        "all draws; ensembles that sample the same posterior lie around the dashed line.",
-        "Means of the ensembles over steps, and rank histograms by ensemble",
+        WEIGHTED if content.weighed else WALKED,
+        "Means over steps, and rank histograms, of each ensemble or lot",
         numbers(content.traces),
     )
 
