@@ -5,7 +5,7 @@ import pytest
 from test_study import write_cart
 
 import rigid
-from rigid.inference import importance
+from rigid.inference import importance, sampling
 from rigid.inference.adaptation import drawn
 from rigid.inference.convergence import effective_sizes
 from rigid.inference.importance import weighed
@@ -80,3 +80,20 @@ def test_a_fit_by_weights_is_that_by_walkers(tmp_path):
     np.testing.assert_array_equal(again.calibrated.draws.z, found.calibrated.draws.z)
     fewer = found.calibrated.draws.evaluations
     assert fewer < by_walkers.calibrated.draws.evaluations
+
+
+def test_draws_that_are_done_are_not_made_again(tmp_path, monkeypatch):
+    study = rigid.load(write_cart(tmp_path))
+    out = tmp_path / "out"
+    first = study.fit(out, quiet=True)
+
+    def drawn_again(*_):
+        raise AssertionError("drawn again")
+
+    monkeypatch.setattr(sampling, "weighed", drawn_again)
+    again = study.fit(out, quiet=True, resume=True)
+    np.testing.assert_array_equal(again.calibrated.draws.z, first.calibrated.draws.z)
+    sampler = study.spec.sampler.model_copy(update={"ess": 1200.0})
+    stricter = rigid.Study(study.spec.model_copy(update={"sampler": sampler}))
+    with pytest.raises(AssertionError, match="drawn again"):
+        stricter.fit(out, quiet=True, resume=True)

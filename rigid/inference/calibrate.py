@@ -28,7 +28,7 @@ from rigid.inference.proposal import UNRELIABLE, MixtureProposal, ModeWeights, m
 from rigid.inference.reference_check import SolverCheck, against_reference
 from rigid.inference.ridge import as_wide_as_prior, ridge_chart
 from rigid.inference.sample import Draws
-from rigid.inference.sampling import sampled
+from rigid.inference.sampling import Kept, sampled
 from rigid.inference.search import Found, compile_programs, search_from
 from rigid.inference.search_cache import Searched, once
 from rigid.inference.steady_first import beginnings, steady_part, with_ease
@@ -148,7 +148,11 @@ def calibrate(
     compile_s = time.monotonic() - began
     known = search_once(asked, options, folder, searched)
     mark = _mark(asked, seed) | {"coordinates": known.chart.mark}
-    draws = sampled(spec.sampler, known, (seed, options), Checkpoint(folder, mark, options.resume))
+    rule = {"rule": f"R-hat {spec.sampler.r_hat:g}, ESS {spec.sampler.ess:g}"}
+    kept = Kept(
+        Shelf(folder, mark | rule, options.resume), Checkpoint(folder, mark, options.resume)
+    )
+    draws = sampled(spec.sampler, known, (seed, options), kept)
     with stage(options.quiet, "predict and check"):
         return _told(known, draws, records, (seed, compile_s))
 

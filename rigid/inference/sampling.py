@@ -3,6 +3,7 @@
 import dataclasses
 from collections.abc import Iterator
 from functools import partial
+from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -17,6 +18,7 @@ from rigid.inference.nested import nested
 from rigid.inference.proposal import LogProb, MixtureProposal, Random
 from rigid.inference.sample import Draws, Monitor, Settings, Status, sample
 from rigid.inference.search_cache import Searched
+from rigid.io.cache import Shelf
 from rigid.io.cli import Options
 from rigid.io.progress import stage
 from rigid.likelihood.problem import Problem, log_density, log_posterior, walkers
@@ -30,18 +32,24 @@ HOPELESS = 0.03
 with itself, and not with the truth (docs/studies/validation.md)."""
 ALONE = 0.999
 """Share of the posterior around its best fit from which on its ridge is followed from there."""
+NAME = "weighted"
 STREAM = 4
 """Number of this part of a fit among those that draw from its seed."""
 EACH, EACH_AT_MODES = 256, 64
 """Draws of a lot in a round: of the law over the modes, at conditional modes of their own."""
 
 
-def sampled(
-    rule: SamplerSpec, known: Searched, run: tuple[int, Options], checkpoint: Checkpoint
-) -> Draws:
+class Kept(NamedTuple):
+    """What a folder keeps of draws: weighted ones when they are done, a chain block by block."""
+
+    weighted: Shelf
+    chain: Checkpoint
+
+
+def sampled(rule: SamplerSpec, known: Searched, run: tuple[int, Options], kept: Kept) -> Draws:
     """Draw from a posterior under a spec's stopping rule, in z.
 
-    - `run`: seed and options. - `checkpoint`: of walkers; weighted draws are made anew.
+    - `run`: seed and options. - `kept`: what a run that goes on begins with.
     """
     seed, options = run
     problem, chart = known.found.problem, known.chart
@@ -55,11 +63,15 @@ def sampled(
         seed=seed,
     )
     monitor = partial(_monitored, problem, chart)
-    ways = (partial(_weighed, *way) for way in _weighted_ways(rule, known, seed))
-    tried = (way(settings, monitor, options.quiet) for way in ways)
-    found = next((draws for draws in tried if draws is not None), None)
+    found = None if rule.method == "emcee" else kept.weighted.read(NAME, (Draws,))
     if found is None:
-        found = _walked(known, settings, monitor, (checkpoint, options))
+        ways = (partial(_weighed, *way) for way in _weighted_ways(rule, known, seed))
+        tried = (way(settings, monitor, options.quiet) for way in ways)
+        found = next((draws for draws in tried if draws is not None), None)
+        if found is not None:
+            kept.weighted.put(NAME, found)
+    if found is None:
+        found = _walked(known, settings, monitor, (kept.chain, options))
     return dataclasses.replace(found, z=chart.standard(found.z))
 
 
