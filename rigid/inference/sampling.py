@@ -1,21 +1,20 @@
 """How a posterior is drawn: by walkers, or by weighted draws where these do better."""
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 
-from rigid.inference.adaptation import Weighted, drawn
+from rigid.inference.adaptation import drawn
 from rigid.inference.checkpoint import Checkpoint
 from rigid.inference.coordinates import Chart
 from rigid.inference.derived import frictions, values_of
 from rigid.inference.friction_curve import FREQUENCIES
-from rigid.inference.importance import Draw, Progress, weighed
-from rigid.inference.nested import nested
-from rigid.inference.proposal import LogProb, MixtureProposal, Random
+from rigid.inference.importance import Draw, weighed
+from rigid.inference.nested import TRIED, nested
 from rigid.inference.sample import Draws, Monitor, Settings, Status, sample
 from rigid.inference.search_cache import Searched
 from rigid.io.cache import Shelf
@@ -65,8 +64,8 @@ def sampled(rule: SamplerSpec, known: Searched, run: tuple[int, Options], kept: 
     monitor = partial(_monitored, problem, chart)
     found = None if rule.method == "emcee" else kept.weighted.read(NAME, (Draws,))
     if found is None:
-        ways = (partial(_weighed, *way) for way in _weighted_ways(rule, known, seed))
-        tried = (way(settings, monitor, options.quiet) for way in ways)
+        ways = _weighted_ways(rule, known, seed)
+        tried = (_weighed(way, settings, monitor, options.quiet) for way in ways)
         found = next((draws for draws in tried if draws is not None), None)
         if found is not None:
             kept.weighted.put(NAME, found)
@@ -80,36 +79,55 @@ def ridge_alone(known: Searched) -> bool:
     return float(known.weights.weights[0]) > ALONE
 
 
-def _weighted_ways(
-    rule: SamplerSpec, known: Searched, seed: int
-) -> Iterator[tuple[str, Draw, int]]:
-    """Weighted draws that may do: title, how to draw, how many a lot gets in a round."""
+class Way(NamedTuple):
+    """One way to make weighted draws.
+
+    - `title`: for whoever waits. - `ready`: makes what draws; None where there is nothing to draw
+      of. - `each`: draws of a lot in a round. - `evaluations`: of the posterior, a draw.
+    """
+
+    title: str
+    ready: Callable[[], Draw | None]
+    each: int
+    evaluations: int
+
+
+def _weighted_ways(rule: SamplerSpec, known: Searched, seed: int) -> Iterator[Way]:
+    """Ways of weighted draws that may do."""
     if rule.method == "emcee":
         return
     density = known.chart.density(lambda z: log_density(known.found.problem, z))
     even = known.weights.kish
-    if even > LEAST_SHARE and known.weights.pareto_k < FINITE:
-        yield "sample by weights", partial(_of_law, density, known.law), EACH
-    if even < HOPELESS and ridge_alone(known):
+
+    def of_law() -> Draw:
+        return lambda rng, draws: drawn(density, known.law, rng, draws)
+
+    def at_modes() -> Draw | None:
         law = nested(known.found, known.chart, np.random.default_rng([seed, STREAM]))
-        if law is not None:
-            yield "sample along the ridge", partial(law.drawn, density), EACH_AT_MODES
+        return None if law is None else partial(law.drawn, density)
+
+    if even > LEAST_SHARE and known.weights.pareto_k < FINITE:
+        yield Way("sample by weights", of_law, EACH, 1)
+    if even < HOPELESS and ridge_alone(known):
+        yield Way("sample along the ridge", at_modes, EACH_AT_MODES, TRIED)
 
 
-def _of_law(density: LogProb, law: MixtureProposal, rng: Random, draws: int) -> Weighted:
-    return drawn(density, law, rng, draws)
-
-
-def _weighed(
-    title: str, draw: Draw, each: int, settings: Settings, monitor: Monitor, quiet: bool
-) -> Draws | None:
+def _weighed(way: Way, settings: Settings, monitor: Monitor, quiet: bool) -> Draws | None:
     """Weigh draws until they do; how far they are is their least ESS."""
-    with stage(quiet, title, int(settings.ess), "least ESS") as shown:
-
-        def report(far: Progress) -> None:
-            shown.reach(int(far.ess), f"{far.draws} draws")
-
-        return weighed(draw, each, settings, monitor, report)
+    with stage(quiet, way.title, int(settings.ess), "least ESS") as shown:
+        draw = way.ready()
+        if draw is None:
+            return None
+        found = weighed(
+            draw,
+            way.each,
+            settings,
+            monitor,
+            lambda far: shown.reach(int(far.ess), f"{far.draws} draws"),
+        )
+    if found is None:
+        return None
+    return dataclasses.replace(found, evaluations=found.evaluations * way.evaluations)
 
 
 def _walked(
