@@ -16,6 +16,7 @@ from test_study import write_cart
 
 import rigid
 from rigid.inference.calibrate import propose
+from rigid.inference.sampling import LEAST_SHARE
 from rigid.inference.search import search
 from rigid.io.errors import InputError
 from rigid.jobs.job import Given
@@ -263,7 +264,7 @@ def test_no_draw_is_weighed_where_the_law_shows_that_weights_would_not_do(study,
 
     def uneven(found, rng):
         known = propose(found, rng)
-        share = 2.0 * draws.ESS / draws.MOST_DRAWS * 0.99
+        share = 0.99 * LEAST_SHARE
         return known._replace(weights=dataclasses.replace(known.weights, kish=share))
 
     monkeypatch.setattr(replicate, "weighted", refused)

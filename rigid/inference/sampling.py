@@ -24,11 +24,9 @@ from rigid.likelihood.problem import Problem, log_density, log_posterior, walker
 from rigid.spec.values import SamplerSpec
 
 LEAST_SHARE, FINITE = 0.1, 0.5
-"""Share of effective draws of the law over the modes from which on drawing of it costs less than
-walkers, and the Pareto shape below which weights have a variance."""
-HOPELESS = 0.03
-"""Share below which that law misses the ridge of the posterior: a chain that begins in it agrees
-with itself, and not with the truth (docs/studies/validation.md)."""
+"""Share of effective draws of the law over the modes from which on it covers the posterior, and the
+Pareto shape below which weights have a variance. Below that share it misses a part of the ridge: a
+chain that begins in it agrees with itself, and not with the truth (docs/studies/validation.md)."""
 ALONE = 0.999
 """Share of the posterior around its best fit from which on its ridge is followed from there."""
 NAME = "weighted"
@@ -74,6 +72,11 @@ def sampled(rule: SamplerSpec, known: Searched, run: tuple[int, Options], kept: 
     return dataclasses.replace(found, z=chart.standard(found.z))
 
 
+def covers(known: Searched) -> bool:
+    """Whether the law over the modes covers the posterior."""
+    return known.weights.kish > LEAST_SHARE
+
+
 def ridge_alone(known: Searched) -> bool:
     """Whether the posterior is one ridge through its best fit."""
     return float(known.weights.weights[0]) > ALONE
@@ -97,7 +100,6 @@ def _weighted_ways(rule: SamplerSpec, known: Searched, seed: int) -> Iterator[Wa
     if rule.method == "emcee":
         return
     density = known.chart.density(lambda z: log_density(known.found.problem, z))
-    even = known.weights.kish
 
     def of_law() -> Draw:
         return lambda rng, draws: drawn(density, known.law, rng, draws)
@@ -106,9 +108,9 @@ def _weighted_ways(rule: SamplerSpec, known: Searched, seed: int) -> Iterator[Wa
         law = nested(known.found, known.chart, np.random.default_rng([seed, STREAM]))
         return None if law is None else partial(law.drawn, density)
 
-    if even > LEAST_SHARE and known.weights.pareto_k < FINITE:
+    if covers(known) and known.weights.pareto_k < FINITE:
         yield Way("sample by weights", of_law, EACH, 1)
-    if even < HOPELESS and ridge_alone(known):
+    if not covers(known) and ridge_alone(known):
         yield Way("sample along the ridge", at_modes, EACH_AT_MODES, TRIED)
 
 

@@ -116,14 +116,6 @@ def weighted(known: Searched, rng: np.random.Generator) -> Weighted:
             return found
 
 
-def hopeless(share: float) -> bool:
-    """Whether weights of a law would not do, or cost more than a chain.
-
-    - `share`: of effective draws, as found when the law was fitted.
-    """
-    return share * MOST_DRAWS < 2 * ESS
-
-
 def _together(parts: list, log_weight: np.ndarray) -> Weighted:
     some = np.any(np.isfinite(log_weight))
     weight = np.exp(log_weight - log_weight.max()) if some else np.zeros(len(log_weight))

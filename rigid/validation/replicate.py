@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from rigid.inference.calibrate import Asked, calibrate, propose
+from rigid.inference.sampling import covers
 from rigid.inference.search import Found, search_from
 from rigid.inference.search_cache import Searched
 from rigid.io.cli import Options
@@ -20,7 +21,7 @@ from rigid.spec import Spec
 from rigid.validation.broken import broken, kept
 from rigid.validation.campaign import Base, Campaign, draw, read_base
 from rigid.validation.design import COLOUR, FULL, IGNORED, SLOPES, Design, read_arguments
-from rigid.validation.draws import Weighted, chained, hopeless, of_chain, sliced, weighted
+from rigid.validation.draws import Weighted, chained, of_chain, sliced, weighted
 from rigid.validation.ranks import ranks
 from rigid.validation.score import SCORE, Score, score
 
@@ -135,7 +136,7 @@ def _fast(
     first = np.concatenate([near[None], rng.standard_normal((PRIOR_STARTS, len(near)))])
     found = _without_colour(search_from(problem, first), problem, design)
     known = propose(found, rng)
-    draws = None if hopeless(known.weights.kish) else weighted(known, rng)
+    draws = weighted(known, rng) if covers(known) else None
     if draws is None or not draws.good:
         draws = sliced(known, rng)
     if draws is None or not draws.good:
