@@ -22,8 +22,9 @@ STREAM = 3
 """Number of this part of a fit among those that draw from its seed."""
 ROWS = 32
 """Into how many walkers a lot is parted, one after the other."""
-FIRST, MOST = 3, 24
-"""Rounds before the first look at the draws, and at most."""
+LEAST_STEPS, MOST = 24, 24
+"""Steps of each walker before the first look at the draws, since sizes of shorter chains are too
+great, and rounds at most."""
 
 
 Draw = Callable[[Random, int], Weighted]
@@ -57,7 +58,9 @@ def weighed(
         for part, rng in zip(parts, rngs, strict=True):
             part.append(draw(rng, each))
         together = [_joined(part) for part in parts]
-        if number < FIRST or min(one.even for one in together) == 0.0:
+        too_short = number * each < LEAST_STEPS * ROWS
+        if too_short or min(one.even for one in together) == 0.0:
+            report(Progress(lots * number * each, 0.0))
             continue
         chains = [_said(one) for one in together]
         z, log_prob = (np.stack(values) for values in zip(*chains, strict=True))
