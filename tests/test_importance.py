@@ -1,4 +1,4 @@
-"""Weighted draws said as chains: the right posterior, honest sizes, and no answer where none is."""
+"""Weighted draws read as chains: the right posterior, honest sizes, and no answer where none is."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ def test_draws_are_those_of_the_posterior_and_sizes_those_of_their_weights():
     np.testing.assert_allclose(z.mean(axis=0), 0.0, atol=error)
     np.testing.assert_allclose(z.var(axis=0), 1.0, atol=error * np.sqrt(2.0))
     np.testing.assert_allclose(found.log_prob.ravel(), -0.5 * np.sum(z**2, axis=1))
-    # Repeats count once: as many draws as the error of a mean of weighted ones tells, not as said.
+    # Repeats count once: as many draws as the error of a weighted mean tells, not as are listed.
     fresh = of(1.6)(np.random.default_rng(1), 65_536)
     weight = fresh.weight / fresh.weight.sum()
     worth = 1.0 / (weight**2 @ fresh.z[:, 0] ** 2) / len(weight) * len(z)

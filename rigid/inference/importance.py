@@ -1,9 +1,11 @@
 """Weighted draws until lots of them agree and hold enough: in the place of chains.
 
-Every lot is drawn and weighed for itself. To be read as a chain, a lot says each of its draws as
-often in a row as the weight asks, none or several times: what repeats one after the other counts
-once in an effective sample size, as where a walker stays. So tables, R-hat between lots and the
-stopping rule are those of chains.
+Every lot is drawn and weighed for itself, and resampled systematically in the order in which it was
+drawn: a draw stands in a row as often as its weight asks, none or several times. What repeats one
+after the other counts once in an effective sample size, as where a walker stays. So tables, R-hat
+between lots and the stopping rule are those of chains.
+
+Source: Kitagawa (1996), J. Comput. Graph. Statist. 5, for systematic resampling.
 """
 
 import time
@@ -62,7 +64,7 @@ def weighed(
         if too_short or min(one.even for one in together) == 0.0:
             report(Progress(lots * number * each, 0.0))
             continue
-        chains = [_said(one) for one in together]
+        chains = [_resampled(one) for one in together]
         z, log_prob = (np.stack(values) for values in zip(*chains, strict=True))
         found = _diagnosed(z, monitor)
         least = convergence.least_ess(found)
@@ -91,15 +93,15 @@ def _joined(parts: Sequence[Weighted]) -> Weighted:
     return Weighted(*(np.concatenate(values) for values in zip(*parts, strict=True)))
 
 
-def _said(lot: Weighted) -> tuple[Floats, Floats]:
+def _resampled(lot: Weighted) -> tuple[Floats, Floats]:
     """A lot as ROWS walkers one after the other: z (steps, ROWS, d), log posterior (steps, ROWS).
 
-    How often each draw is said follows from its weight alone, by the middles of equal shares.
+    How often a draw stands there follows from the weights alone, by the middles of equal shares.
     """
     n = len(lot.log_weight)
     reached = np.cumsum(lot.weight) / lot.weight.sum()
-    said = np.minimum(np.searchsorted(reached, (np.arange(n) + 0.5) / n), n - 1)
-    rows = said.reshape(ROWS, -1).T
+    kept = np.minimum(np.searchsorted(reached, (np.arange(n) + 0.5) / n), n - 1)
+    rows = kept.reshape(ROWS, -1).T
     return lot.z[rows], lot.log_prob[rows]
 
 

@@ -75,7 +75,7 @@ class Draws:
     - evaluations, failed: points asked of the likelihood, and those without a finite value
     - converged, says: may they be used; if not, what is lacking and in which quantity
     - seconds: spent sampling, over all runs
-    - weighed: whether walkers are lots of weighted draws, said as often as they weigh
+    - weighed: whether walkers are parts of lots of weighted draws, resampled by their weights
     """
 
     z: NDArray[np.float64]
