@@ -5,12 +5,13 @@ import pytest
 from test_study import write_cart
 
 import rigid
-from rigid.inference import importance, sampling
+from rigid.inference import importance, nested, sampling
 from rigid.inference.adaptation import drawn
 from rigid.inference.convergence import effective_sizes
 from rigid.inference.importance import weighed
 from rigid.inference.proposal import MixtureProposal, Mode
 from rigid.inference.sample import Settings
+from rigid.validation.draws import sliced
 
 SETTINGS = Settings(ensembles=4, walkers=8, r_hat=1.01, ess=1500.0, seed=3)
 EACH = 256
@@ -97,3 +98,26 @@ def test_draws_that_are_done_are_not_made_again(tmp_path, monkeypatch):
     stricter = rigid.Study(study.spec.model_copy(update={"sampler": sampler}))
     with pytest.raises(AssertionError, match="drawn again"):
         stricter.fit(out, quiet=True, resume=True)
+
+
+def test_a_fit_along_the_ridge_is_that_by_weights(tmp_path, monkeypatch):
+    """The cart tells one combination of mass and drag to 0.017 prior sds, the other to 0.002."""
+    study = rigid.load(write_cart(tmp_path))
+    by_weights = study.fit(quiet=True).calibrated
+    monkeypatch.setattr(sampling, "LEAST_SHARE", 2.0)
+    monkeypatch.setattr(nested, "WIDE", (0.01,))
+    found = study.fit(quiet=True).calibrated
+    assert found.draws.weighed
+    assert found.draws.evaluations % nested.TRIED == 0
+    one, other = (done.draws.z for done in (by_weights, found))
+    sizes = [effective_sizes(z[..., 0])[0] for z in (one, other)]
+    error = 4.0 * np.sqrt(sum(1.0 / size for size in sizes))
+    one, other = (z.reshape(-1, z.shape[-1]) for z in (one, other))
+    np.testing.assert_allclose((one.mean(0) - other.mean(0)) / one.std(0), 0.0, atol=error)
+    np.testing.assert_allclose(other.std(0) / one.std(0), 1.0, atol=error)
+    ridge = sliced(found.known, np.random.default_rng(5))
+    assert ridge is not None
+    assert ridge.good
+    assert ridge.by == "conditional modes"
+    error = 4.0 / np.sqrt(ridge.ess)
+    np.testing.assert_allclose((ridge.mean - one.mean(0)) / one.std(0), 0.0, atol=error)

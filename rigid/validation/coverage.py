@@ -11,6 +11,8 @@ LEVELS = (0.5, 0.9)
 """Of the central intervals that a fit quotes."""
 CONFIDENCE = 0.95
 """Of the band around a share."""
+FEWEST_TOGETHER = 8
+"""Campaigns from which on the spread of their shares is known well enough for a test."""
 POWER = 0.9
 """Probability with which a fault is shown that is called one that would be."""
 
@@ -82,7 +84,8 @@ class Held:
     - `name`: of the campaigns. - `level`: of the intervals. - `n`: campaigns.
     - `share`, `error`: mean share of quantities inside, its standard error.
     - `foretold`: the same of parameters alone, by slopes; `apart`, `apart_error`: share of
-      parameters less foretold. - `p`: of differences as far from 0, by chance.
+      parameters less foretold. - `p`: of differences as far from 0, by chance;
+      `adjusted`: corrected for the number of tests.
     """
 
     name: str
@@ -110,11 +113,11 @@ class Held:
 def held(
     name: str, values: Sequence[Mapping[str, Any]], quantities: Sequence[str], level: float
 ) -> Held | None:
-    """Count over all quantities; None for fewer than three campaigns, or rows without slopes.
+    """Count over all quantities; None for too few campaigns, or rows without slopes.
 
-    - `values`: of rows.
+    - `values`: of rows. - `quantities`: names of what counts.
     """
-    if len(values) < 3 or any("foretold" not in v for v in values):
+    if len(values) < FEWEST_TOGETHER or any("foretold" not in v for v in values):
         return None
     wide = float(norm.ppf(0.5 + 0.5 * level))
     every = np.array([_inside(v["ranks"], quantities, level) for v in values])

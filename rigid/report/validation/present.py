@@ -169,8 +169,8 @@ def notes(found: Verdict, beside: Agreement | None) -> tuple[str, ...]:
     if design.fit == FAST:
         lines.append(
             "The fast mode sums weighted draws of the law around the best fits near the truth and "
-            "from a prior start, or, where their weights do not do, a short chain that begins "
-            "in that law: it cannot show that a search misses a mode."
+            "from a prior start, or, where their weights do not do, draws at conditional modes, or "
+            "a short chain: it does not show how often the search of a fit misses a mode."
         )
     lines.append(
         f"Fast beside full: {beside.says}."
