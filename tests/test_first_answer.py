@@ -4,7 +4,8 @@ import cart
 import numpy as np
 import pytest
 
-from rigid.inference.search import STANDS, noise_gain, search
+from rigid.inference.noise_levels import noise_gain
+from rigid.inference.search import STANDS, search
 from rigid.report.calibration.preliminary import doubt
 from rigid.study.study import load
 

@@ -14,7 +14,6 @@ one of two, within one of two. Densities are the same in z and u.
 
 import dataclasses
 import hashlib
-from collections.abc import Iterator
 from functools import cached_property, lru_cache
 from itertools import combinations_with_replacement
 
@@ -23,7 +22,7 @@ from numpy.typing import NDArray
 
 from rigid.inference.proposal import LogProb, Mode
 from rigid.inference.search import Optimum
-from rigid.likelihood.parameters import Parameter
+from rigid.inference.sums import sums_of
 from rigid.likelihood.priors import Lognormal
 from rigid.likelihood.problem import Problem
 
@@ -252,7 +251,7 @@ class Chart:
 def chart_of(problem: Problem) -> Chart:
     """Return the chart of a problem: sums that its effects tell of, where two parts are sampled."""
     names, sums = list(problem.parameters.labels), []
-    for total, parts in _sums(problem):
+    for total, parts in sums_of(problem):
         places = np.array([problem.parameters.index(p.label) for p in parts])
         priors = [p.prior for p in parts if isinstance(p.prior, Lognormal)]
         sums.append(
@@ -267,27 +266,3 @@ def chart_of(problem: Problem) -> Chart:
             rest = " + ".join(part.label for part in parts[i:])
             names[place] = f"{f'({rest})' if '+' in rest else rest}/{parts[i - 1].label}"
     return Chart(tuple(names), tuple(sums))
-
-
-def _sums(problem: Problem) -> Iterator[tuple[str, list[Parameter]]]:
-    """Yield every sum's name and its parts, those that are sampled, positive and lognormal.
-
-    A part that varies by kind of record is one of several sums and stays as it is.
-    """
-    part_of = {
-        label: info.part_of
-        for effect in problem.effects
-        for info in effect.parameters()
-        if info.part_of is not None
-        for label in info.labels
-    }
-    for total in dict.fromkeys(part_of.values()):
-        parts = [
-            p
-            for p in problem.parameters.sampled
-            if part_of.get(p.label) == total
-            and isinstance(p.prior, Lognormal)
-            and float(p.prior.median) > 0.0
-        ]
-        if len(parts) > 1:
-            yield total, parts

@@ -17,6 +17,8 @@ from typing import NamedTuple
 import numpy as np
 
 from rigid.inference.newton import Expansion, descend, is_noise, joined, split
+from rigid.inference.noise_levels import fit_noise, noise_curvature, noise_gain
+from rigid.inference.profiles import other_optima
 from rigid.inference.scores import residuals, score_correlation, weighted
 from rigid.inference.settled import Settled, away_from_top, settled
 from rigid.io.errors import InputError
@@ -38,10 +40,10 @@ AGREE = 1.0
 REFINEMENTS, MOST_REFINEMENTS = 2, 12
 """Rounds of noise levels, correlation and optimum in turn, until the optimum stands: least, most.
 With a right model that is two; where a model misses much, each of the three moves the others."""
+MOST_CLIMBS = 3
+"""Times that profiles are followed to a better optimum."""
 STANDS = 0.05
 """Nats by which another round may still raise the log-posterior."""
-NOISE_STEP = 0.1
-NOISE_ITERATIONS = 4
 
 
 @dataclasses.dataclass(frozen=True)
@@ -194,7 +196,8 @@ def search_from(
         if stage is not problem:
             ends = _merged(led)
     levels = np.array([at.value if np.isfinite(at.value) else np.inf for _, at in led])
-    return _refined(problem, [end for end, _ in led], levels, z_noise)
+    every = np.repeat(levels, [end.starts for end, _ in led])
+    return _refined(problem, _with_others(problem, led, z_noise), every, z_noise)
 
 
 def _eased(problem: Problem) -> tuple[Problem, ...]:
@@ -246,12 +249,36 @@ def _merged(led: list[tuple[End, Expansion]]) -> list[End]:
     return [end for end, _ in kept]
 
 
+def _with_others(
+    problem: Problem, led: list[tuple[End, Expansion]], z_noise: np.ndarray
+) -> list[End]:
+    """Return the ends of a search, the best first, and the optima along the profiles of that.
+
+    Those have the starts of the end that led there. Where one is better, its profiles are followed.
+    """
+    ends = sorted((one for one in led if np.isfinite(one[1].value)), key=lambda one: one[1].value)
+    if not ends:
+        return [end for end, _ in led]
+    for _ in range(MOST_CLIMBS):
+        end, there = ends[0]
+        for w, at in other_optima(problem, end.w, there, z_noise):
+            known = np.asarray(at.information)
+            if all(_distance(one.w, w, known) > SAME_WITHIN for one, _ in ends):
+                ends.append((End(w, end.starts), at))
+        ends.sort(key=lambda one: one[1].value)
+        if ends[0][1].value > there.value - AGREE:
+            break
+    return [end for end, _ in ends]
+
+
 def _refined(problem: Problem, ends: list[End], levels: np.ndarray, z_noise: np.ndarray) -> Found:
     """Bring noise and correlation up to date at the best end, then refine all good ends.
 
     What then stands off its neighbours, or beyond a sensor's range, is set aside.
+
+    - `ends`: the best first. - `levels` (starts,): what each start has reached.
     """
-    best = ends[int(np.argmin(levels))].w
+    best = ends[0].w
     plain, aside = problem, np.zeros(sum(p.data.size for p in problem.pieces), dtype=bool)
     moved = np.inf
     for done in range(MOST_REFINEMENTS):
@@ -269,15 +296,13 @@ def _refined(problem: Problem, ends: list[End], levels: np.ndarray, z_noise: np.
         problem, before = weighted(plain, correlation), best
         best, there = descend(problem, joined(plain, z, standard), z_noise)
         moved = 0.5 * float((best - before) @ np.asarray(there.information) @ (best - before))
-    good = [end for end, level in zip(ends, levels, strict=True) if np.isfinite(level)]
     optima = [
         _optimum(problem, end, reached, there, z_noise)
-        for end, reached, there in _distinct(problem, [End(best, 0), *good], z_noise)
+        for end, reached, there in _distinct(problem, [End(best, 0), *ends], z_noise)
     ]
     optima.sort(key=lambda o: -o.log_posterior)
     kept = tuple(o for o in optima if o.log_posterior > optima[0].log_posterior - KEEP_WITHIN)
-    every = np.repeat(levels, [end.starts for end in ends])
-    return Found(problem, kept, correlation, len(every), every, aside)
+    return Found(problem, kept, correlation, len(levels), levels, aside)
 
 
 def _aside(problem: Problem, z: np.ndarray) -> np.ndarray:
@@ -337,33 +362,6 @@ def _optimum(
     covariance[noisy, noisy] = 1.0 / np.maximum(noise_curvature(problem, z)[1], 1.0)
     value = float(log_density(problem, z[None])[0])
     return Optimum(z, standard, covariance, value, reached, away_from_top(gradient, known))
-
-
-def noise_curvature(problem: Problem, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Slope and minus the curvature of the log-posterior along each noise level, by differences."""
-    noise = np.flatnonzero(is_noise(problem))
-    step = np.zeros((2 * len(noise) + 1, len(z)))
-    rows = np.arange(len(noise))
-    step[2 * rows + 1, noise], step[2 * rows + 2, noise] = NOISE_STEP, -NOISE_STEP
-    value = log_density(problem, z + step)
-    up, down = value[1::2], value[2::2]
-    return (up - down) / (2 * NOISE_STEP), -(up - 2 * value[0] + down) / NOISE_STEP**2
-
-
-def noise_gain(problem: Problem, z: np.ndarray) -> float:
-    """Nats that the log-posterior still rises by where the noise levels alone are moved."""
-    slope, bend = noise_curvature(problem, z)
-    return float(0.5 * np.sum(slope**2 / np.maximum(bend, 1.0)))
-
-
-def fit_noise(problem: Problem, z: np.ndarray) -> np.ndarray:
-    """Move the noise levels in z to their most probable values, the rest held, by Newton steps."""
-    noise = is_noise(problem)
-    z = z.copy()
-    for _ in range(NOISE_ITERATIONS):
-        slope, bend = noise_curvature(problem, z)
-        z[noise] += np.clip(slope / np.maximum(bend, 1.0), -1.0, 1.0)
-    return z
 
 
 def refit(problem: Problem, found: Found) -> Optimum:

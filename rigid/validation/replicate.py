@@ -14,6 +14,7 @@ from rigid.inference.calibrate import Asked, calibrate, propose
 from rigid.inference.sampling import covers
 from rigid.inference.search import Found, search_from
 from rigid.inference.search_cache import Searched
+from rigid.inference.steady_first import beginnings
 from rigid.io.cli import Options
 from rigid.jobs.job import Given
 from rigid.likelihood.problem import Problem
@@ -22,14 +23,12 @@ from rigid.validation.broken import broken, kept
 from rigid.validation.campaign import Base, Campaign, draw, read_base
 from rigid.validation.design import COLOUR, FULL, IGNORED, SLOPES, Design, read_arguments
 from rigid.validation.draws import Weighted, chained, of_chain, sliced, weighted
+from rigid.validation.missed import missed
 from rigid.validation.ranks import ranks
 from rigid.validation.score import SCORE, Score, score
 
-PRIOR_STARTS = 1
-"""Starts of a fast search that know nothing of the truth, beside the one that begins there. They
-take most of its time: far from every optimum a start seldom ends within the steps that it has."""
 FARTHEST = 3.0
-"""Prior sds from the centre within which a search begins."""
+"""Prior sds from the centre to which truths are moved that a descent begins at."""
 DIGITS = 6
 
 
@@ -38,7 +37,8 @@ def one(given: Given) -> dict[str, Any]:
 
     Returns `ranks` by quantity; `width` (posterior sd over prior sd), `error` (posterior mean less
     truth, in posterior sds) and `foretold` (the same, as the slope at the truth has it) by
-    parameter; that slope's length; how the posterior was summed; what was shifted.
+    parameter; that slope's length; how the posterior was summed; by how much the search missed the
+    better optimum; what was shifted.
     """
     spec, design, number = read_arguments(given)
     if design.broken == IGNORED:
@@ -51,15 +51,15 @@ def one(given: Given) -> dict[str, Any]:
         problem = broken(campaign.problem, design.broken, campaign.z)
         return told | _unfitted(_slope(problem, campaign))
     rng = np.random.default_rng([design.seed, number, 1])
-    known, draws = (
-        _full(base, campaign, design, rng) if design.fit == FULL else _fast(campaign, design, rng)
-    )
+    known, draws = (_full if design.fit == FULL else _fast)(base, campaign, design, rng)
     problem = known.found.problem
     truth = kept(problem, campaign.z, campaign.problem)
     sd = np.sqrt(np.diag(draws.covariance))
     labels = problem.parameters.labels
     slope = _slope(problem, campaign)
-    found = ranks(known, draws, truth, campaign.sensors, rng) | {SCORE: slope.rank}
+    # The same point of reference for TARP, however a campaign was drawn from.
+    again = np.random.default_rng([design.seed, number, 2])
+    found = ranks(known, draws, truth, campaign.sensors, again) | {SCORE: slope.rank}
     return (
         told
         | {
@@ -68,6 +68,7 @@ def one(given: Given) -> dict[str, Any]:
             "by": draws.by,
             "pareto_k": None if draws.pareto_k is None else round(draws.pareto_k, 3),
             "modes": len(known.found.optima),
+            "missed": round(missed(known.found, np.clip(truth, -FARTHEST, FARTHEST)), 2),
             "ranks": _rounded(found),
             "width": _rounded(dict(zip(labels, sd, strict=True))),
             "error": _rounded(dict(zip(labels, (draws.mean - truth) / sd, strict=True))),
@@ -124,17 +125,17 @@ def _base(text: str, path: str, root: str, around: tuple, held: _Held) -> Base: 
 
 
 def _fast(
-    campaign: Campaign, design: Design, rng: np.random.Generator
+    base: Base, campaign: Campaign, design: Design, rng: np.random.Generator
 ) -> tuple[Searched, Weighted]:
-    """Weighted draws of the law around the optima near the truth and from a few prior starts.
+    """Weighted draws of the law around the optima that the search of the command finds.
 
     Where their weights do not do, draws at conditional modes of their own; where those do not
     either, the draws of a short chain that begins in that law.
     """
     problem = broken(campaign.problem, design.broken, campaign.z)
-    near = np.clip(kept(problem, campaign.z, campaign.problem), -FARTHEST, FARTHEST)
-    first = np.concatenate([near[None], rng.standard_normal((PRIOR_STARTS, len(near)))])
-    found = _without_colour(search_from(problem, first), problem, design)
+    first = beginnings(base.spec, campaign.records, problem, int(rng.integers(2**31)))
+    found = search_from(problem, first.z, counts=first.counts)
+    found = _without_colour(found, problem, design)
     known = propose(found, rng)
     draws = weighted(known, rng) if covers(known) else None
     if draws is None or not draws.good:

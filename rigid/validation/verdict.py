@@ -8,6 +8,7 @@ from rigid.inference.summary import Check
 from rigid.validation.alarms import Alarms
 from rigid.validation.coverage import LEVELS, Held, shown_from
 from rigid.validation.design import FULL, SLOPES, Design
+from rigid.validation.missed import seldom_missed
 from rigid.validation.ranks import LOG_POSTERIOR, TARP, WEIGHT
 from rigid.validation.score import SCORE, Slopes, slopes
 from rigid.validation.tested import ALPHA, EVERY, JOINT, Part, Tested, tests
@@ -25,7 +26,8 @@ class Verdict:
     - `design`. - `tested`: every quantity, the joint ones last. - `held`: by intervals of all
       quantities together, of all replicates and of those drawn in one way. - `replicates`: used.
     - `unreliable`: fitted, but with sums that cannot be trusted; left out. - `failed`: not fitted.
-    - `slopes`: at the truths; None for rows without any.
+    - `slopes`: at the truths; None for rows without any. - `searched`: whether searches find the
+      best optimum; None where nothing was fitted.
     - `refused`: draws that the readers refused, over all replicates. - `cpu_s`: CPU time of all.
     - `alarms`: of discovery on the same campaigns; None where it was not asked.
     """
@@ -34,6 +36,7 @@ class Verdict:
     tested: tuple[Tested, ...]
     held: tuple[Held, ...]
     slopes: Slopes | None
+    searched: Check | None
     replicates: int
     unreliable: int
     failed: int
@@ -50,7 +53,9 @@ class Verdict:
         if self.design.fit == SLOPES:
             return (self._enough, self._alone)
         together = (self._together,) if self.held else ()
-        return (self._enough, self._reliable, self._marginal, self._joint, *together, *heard)
+        search = () if self.searched is None else (self.searched,)
+        both = (self._marginal, self._joint, *together)
+        return (self._enough, self._reliable, *search, *both, *heard)
 
     @property
     def usable(self) -> bool:
@@ -188,6 +193,7 @@ def verdict(design: Design, rows: Sequence[Mapping[str, Any]]) -> Verdict:
         tested=tested,
         held=together,
         slopes=slopes(used),
+        searched=seldom_missed(used),
         replicates=len(used),
         unreliable=len(done) - len(used),
         failed=len(rows) - len(done),
