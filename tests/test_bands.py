@@ -22,6 +22,7 @@ from rigid.inference.posterior import save_posterior
 from rigid.io.cache import Shelf
 from rigid.io.cli import Options
 from rigid.io.errors import InputError
+from rigid.likelihood.set_aside import Aside
 from rigid.physics.rig import build_rig
 from rigid.plots.figure import Illustration
 from rigid.report.bands.present import _thousandths
@@ -248,7 +249,8 @@ def known_by_hand(load, kappa):
     mean[:, :, 0], mean[:, :, 2] = load[:, None], kappa[:, None]
     reading = np.zeros((len(load), 3))
     field = Field("press", "B", "", 0.0, 0.01, reading, reading)
-    return field, Learned(movement._replace(rate=rate), reading, reading, 0.0, mean, np.zeros(3))
+    movement, none = movement._replace(rate=rate), np.zeros(reading.shape, dtype=bool)
+    return field, Learned(movement, reading, reading, 0.0, mean, np.zeros(3), none)
 
 
 def test_falls_and_turns_of_a_record_known_by_hand():
@@ -294,6 +296,8 @@ def test_a_test_that_is_done_comes_back_as_it_was(tmp_path):
         gaps={"load of press,A": 1.01},
         sha256={"press,A": "ab"},
         figures=(Illustration("fig-bands-press", "<svg/>", "caption", "alt"),),
+        aside=(Aside("press", "A", "load", (0.5, 1.0 / 3.0)),),
+        kind="field",
     )
     shelf = Shelf(tmp_path, reads=True)
     shelf.put("finished", done)
@@ -380,7 +384,8 @@ class Flat:
         rng = np.random.default_rng(number)
         shape = (self.wide, BLOCK, 4, 3)
         series = rng.standard_normal(shape, dtype=np.float32).astype(float)
-        return Smoothed(series, series, series[..., 0, :], Shown(series, series**2, series, series))
+        read = series[..., 0, :]
+        return Smoothed(series, series, read, read, Shown(series, series**2, series, series))
 
 
 def peak_memory(monkeypatch, draws, blocks):
@@ -430,7 +435,8 @@ class Sum:
         series = rng.standard_normal((self.wide, BLOCK, 4, 3)) + self.later.adjoint[:, None, None]
         more = series.mean(axis=(1, 2, 3))[:, None]
         self.later = self.later._replace(adjoint=self.later.adjoint + more)
-        return Smoothed(series, series, series[..., 0, :], Shown(series, series**2, series, series))
+        read = series[..., 0, :]
+        return Smoothed(series, series, read, read, Shown(series, series**2, series, series))
 
 
 def test_draws_go_on_where_they_were_stopped_to_the_bit(tmp_path, monkeypatch):
@@ -479,7 +485,8 @@ def test_the_steps_are_held_against_diffrax_and_another_load_is_seen(tmp_path):
     movement = calm(field.samples, 4, np.array([0.3, 0.3, 0.01]))
     plain = quantised.plain(field.reading, sigma, steps)
     evidence = Evidence(field.reading, plain, movement.variances)
-    learned = Learned(movement, field.reading, plain, 0.0, np.zeros((field.samples, 4, 3)), sigma)
+    mean, none = np.zeros((field.samples, 4, 3)), np.zeros(field.known.shape, dtype=bool)
+    learned = Learned(movement, field.reading, plain, 0.0, mean, sigma, none)
     way = Way(paths.Test((field,), (learned,), np.arange(8), (evidence,)), law)
     sheets = [asked.spec.sensors[q] for q in QUANTITIES]
     (found,) = against_reference([way], sheets)

@@ -161,6 +161,10 @@ def test_the_smoother_is_the_dense_gaussian(rig, table, block):
     np.testing.assert_allclose(
         found.moved_variance.reshape(-1, 3)[:last], spread.reshape(-1, 3)[:last], rtol=1e-6
     )
+    where = tuple(np.array(kept).T)
+    told = np.einsum("ij,jk,ik->i", sense, covariance, sense)
+    np.testing.assert_allclose(found.read[where], sense @ mean + means, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(found.read_variance[where], told, rtol=1e-5)
 
 
 def test_a_smoother_that_ignores_later_samples_is_another(rig, table, block):

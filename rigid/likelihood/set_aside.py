@@ -1,8 +1,9 @@
 """Samples that are no facts: single ones far off their neighbours, and those beyond a range.
 
-One rule for fit, laws and discovery. Single samples that stand far off both neighbours are no
-physics of a rig (a bit that flipped, a sample in the middle of a release), nor is what a sensor
-reads at the end of its range. Both are looked for in what a fit leaves over, and do not count.
+One rule for fit, laws and discovery; `rigid.smoothing.aside` has that of bands. Single samples that
+stand far off both neighbours are no physics of a rig (a bit that flipped, a sample in the middle of
+a release), nor is what a sensor reads at the end of its range. Both are looked for in what a fit
+leaves over, and do not count.
 """
 
 import dataclasses
@@ -112,7 +113,7 @@ def spikes(readings: Readings, residual: Float[np.ndarray, " n"]) -> Bool[np.nda
     the level of what is left, until none are found.
     """
     sensor, read = readings.sensor, readings.read
-    off, found = _off(readings, residual), np.zeros(len(residual), dtype=bool)
+    off, found = off_neighbours(readings, residual), np.zeros(len(residual), dtype=bool)
     while True:
         level = np.ones(sensor.max(initial=0) + 1)
         for number in range(len(level)):
@@ -126,7 +127,9 @@ def spikes(readings: Readings, residual: Float[np.ndarray, " n"]) -> Bool[np.nda
         found |= again
 
 
-def _off(readings: Readings, residual: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+def off_neighbours(
+    readings: Readings, residual: Float[np.ndarray, " n"]
+) -> Float[np.ndarray, " n"]:
     """How far each sample lies off the median of its neighbourhood."""
     half, off = NEIGHBOURS // 2, np.zeros(len(residual))
     for number in range(readings.channel.max(initial=-1) + 1):

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from rigid.effects import AbstractEffect
+from rigid.kinds import KINDS
 from rigid.likelihood.problem import Problem
 from rigid.likelihood.set_aside import Aside
 from rigid.plots.metrology import significant
@@ -37,10 +38,30 @@ def taken(
         for track in problem.tracks
         if track.of.solver != "release" or not lasting
     }
-    told: Mapping[str, str] = {one.name: one.exact for one in effects} | kinds
-    exact += [_exact(name, says) for name, says in told.items() if says]
+    exact += _told({one.name: one.exact for one in effects} | kinds)
     put_aside = [one.values() for one in aside]
     return {"held_exact": exact, "set_aside": put_aside, "why_solver": spec.why_solver or None}
+
+
+def taken_over(
+    effects: Iterable[type[AbstractEffect]], kinds: Iterable[str], aside: Iterable[Aside]
+) -> dict[str, Any]:
+    """Entries `held_exact` and `set_aside` of a result that rests on a calibration.
+
+    - `effects`: those of the calibration. - `kinds`: of the records.
+    """
+    own = "what the calibration held exact"
+    exact = _told(
+        {one.name: one.exact for one in effects}
+        | {name: KINDS[name].exact for name in kinds}
+        | {"calibration": own}
+    )
+    return {"held_exact": exact, "set_aside": [one.values() for one in aside]}
+
+
+def _told(exact: Mapping[str, str]) -> list[dict[str, Any]]:
+    """Entries of what is held exact in words, by what holds it."""
+    return [_exact(name, says) for name, says in exact.items() if says]
 
 
 def _exact(

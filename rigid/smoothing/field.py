@@ -62,6 +62,10 @@ class Field:
         """Name and cylinder, as in results."""
         return f"{self.name},{self.cylinder}"
 
+    def without(self, aside: np.ndarray) -> "Field":
+        """Return the record in which some readings (samples, 3) are not known."""
+        return dataclasses.replace(self, known=np.where(aside, 0.0, self.known))
+
     def cut(self, first: int, last: int) -> "Field":
         """Return the samples from `first` to before `last`."""
         return dataclasses.replace(

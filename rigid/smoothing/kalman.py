@@ -80,13 +80,14 @@ class Smoothed(NamedTuple):
     """What a block is found to be.
 
     - `moved`, `moved_variance` (samples, steps, 3): movements of load, slope and kappa, in scales.
-    - `read` (samples, 3): noiseless reading of each sensor, SI.
+    - `read`, `read_variance` (samples, 3): noiseless reading of each sensor, SI.
     - `shown`: None where no errors were simulated, as in learning.
     """
 
     moved: Array
     moved_variance: Array
     read: Array
+    read_variance: Array
     shown: Shown | None
 
 
@@ -139,11 +140,13 @@ class _Within(NamedTuple):
 class _Step(NamedTuple):
     """What the backward run needs of one sample.
 
-    - `taken`: its readings. - `sensed` (3,): expected readings; `spread` (n, 3): with the state.
+    - `taken`: its readings. - `sensed`, `prior` (3,): expected readings and their variance.
+    - `spread` (n, 3): of these with the state.
     """
 
     taken: tuple[_Taken, ...]
     sensed: Array
+    prior: Array
     spread: Array
     within: _Within | None
 
@@ -192,6 +195,7 @@ def _forward(
     sample, moves, drawn = given
     sensed = at.sense @ state.mean[:, 0] + at.offset
     across = state.covariance @ at.sense.T
+    prior = jnp.sum(at.sense.T * across, axis=0)
     state, taken = _read(state, at, sample, None if drawn is None else drawn.noise)
     wide = jnp.tile(moves, at.entry.shape[1] // 3)
     forced = jnp.zeros(state.mean.shape[1]).at[0].set(1.0)
@@ -214,7 +218,7 @@ def _forward(
         path,
         state.evidence,
     )
-    return later, _Step(taken, sensed, across, within)
+    return later, _Step(taken, sensed, prior, across, within)
 
 
 @jax.jit
@@ -271,6 +275,7 @@ def _back(
         moved=moved.reshape(-1, 3),
         moved_variance=(wide * (1.0 - wide * seen)).reshape(-1, 3),
         read=kept.sensed + kept.spread.T @ adjoint[:, 0],
+        read_variance=kept.prior - jnp.sum(kept.spread * (information @ kept.spread), axis=0),
         shown=shown,
     )
 

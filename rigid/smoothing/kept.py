@@ -7,6 +7,7 @@ import numpy as np
 
 from rigid.inference.reference_check import SensorError, SolverCheck
 from rigid.io.version import __version__
+from rigid.likelihood.set_aside import Aside
 from rigid.plots.figure import Illustration
 from rigid.smoothing.budget import Line
 from rigid.smoothing.events import Fall, Turn
@@ -17,7 +18,7 @@ from rigid.smoothing.laws import RigModel
 from rigid.smoothing.learning import Learned
 
 LEARNED = (Learned, Movement)
-FINISHED = (Finished, Line, Fall, Turn, Illustration, SolverCheck, SensorError)
+FINISHED = (Finished, Line, Fall, Turn, Illustration, SolverCheck, SensorError, Aside)
 
 
 def mark(fields: Sequence[Field], laws: Sequence[RigModel], seed: int) -> dict[str, str]:

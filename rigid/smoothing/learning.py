@@ -7,6 +7,7 @@ import jax
 import numpy as np
 
 from rigid.smoothing import latent, quantised
+from rigid.smoothing.aside import Expected, contradicted, doubtful
 from rigid.smoothing.field import BLOCK, Field, liveliest
 from rigid.smoothing.kalman import Filtered
 from rigid.smoothing.latent import Movement
@@ -44,6 +45,7 @@ class Learned(NamedTuple):
     - `movement`: law and intervals. - `reading`, `variance` (samples, 3): readings as Gaussians.
     - `bound`: of the log-evidence. - `mean` (samples, steps, 3): load, displacement, kappa.
     - `gap` (3,): root mean square of the readings' residuals over noise and rounding.
+    - `aside` (samples, 3): readings that were set aside.
     """
 
     movement: Movement
@@ -52,6 +54,7 @@ class Learned(NamedTuple):
     bound: float
     mean: np.ndarray
     gap: np.ndarray
+    aside: np.ndarray
 
     @property
     def evidence(self) -> Evidence:
@@ -60,11 +63,15 @@ class Learned(NamedTuple):
 
 
 class Pass(NamedTuple):
-    """One pass over the record: next movement, bound of the last, and readings without noise."""
+    """One pass over the record: next movement, bound of the last, and readings without noise.
+
+    - `read_variance` (samples, 3): of the first candidate's.
+    """
 
     movement: Movement
     bound: np.ndarray
     read: np.ndarray
+    read_variance: np.ndarray
 
 
 class Sheet(NamedTuple):
@@ -79,8 +86,25 @@ def learn(
 ) -> Learned:
     """Find the scales of greatest evidence and every interval's variance.
 
+    Readings that stand off their neighbours are left out at first. Those that all others explain
+    are taken back; the rest are set aside.
+
     - `centre`: one draw. - `report`: is told each pass.
     """
+    sd = np.sqrt(np.square(sheet.sigma) + np.square(sheet.step) / 12.0)
+    aside = doubtful(field, sd)
+    found, expected = _learned(field.without(aside), centre, sheet, report)
+    taken_back = aside & ~contradicted(field, expected, sd)
+    if taken_back.any():
+        aside &= ~taken_back
+        found, _ = _learned(field.without(aside), centre, sheet, report)
+    return found._replace(aside=aside)
+
+
+def _learned(
+    field: Field, centre: DrawBatch, sheet: Sheet, report: Callable[[int], None]
+) -> tuple[Learned, Expected]:
+    """Find scales and variances of a record as it is, and what its readings then are expected."""
     part, start = _liveliest(field, centre, sheet)
     reading, variance = part.reading, quantised.plain(part.reading, *sheet)
     scale = np.tile(np.array(latent.START), (CANDIDATES, 1))
@@ -162,6 +186,7 @@ def one_pass(
     begins = filtered(field, draws, evidence, None, start)
     ways = len(np.atleast_1d(begins[-1].evidence))
     rate, seen, sensed = (np.zeros((ways, field.samples, 3)) for _ in range(3))
+    variance = np.zeros((field.samples, 3))
     for first, block, _ in smoothed(field, draws, evidence, None, begins):
         here = slice(first, min(first + BLOCK, field.samples))
         size = here.stop - first
@@ -169,8 +194,9 @@ def one_pass(
         taken = latent.updated(movement, moved[:, :size], spread[:, :size])
         rate[:, here], seen[:, here] = taken.rate, taken.seen
         sensed[:, here] = np.asarray(block.read)[:, :size]
+        variance[here] = np.asarray(block.read_variance)[0, :size]
     value = latent.bound(movement, np.asarray(begins[-1].evidence))
-    return Pass(movement._replace(rate=rate, seen=seen), value, sensed)
+    return Pass(movement._replace(rate=rate, seen=seen), value, sensed, variance)
 
 
 def _final(
@@ -179,7 +205,7 @@ def _final(
     sheet: Sheet,
     begun: tuple[tuple[np.ndarray, np.ndarray], Movement, int],
     report: Callable[[int], None],
-) -> Learned:
+) -> tuple[Learned, Expected]:
     """Go on with the scales that were found until the intervals have settled.
 
     - `begun`: readings as Gaussians, the movement so far, and how many passes to make.
@@ -194,7 +220,9 @@ def _final(
     off = (field.reading - done.read[0]) ** 2 / quantised.plain(field.reading, *sheet)
     gap = np.sqrt(np.sum(off * field.known, axis=0) / np.maximum(field.known.sum(axis=0), 1.0))
     mean = _told(field, centre, Evidence(*read, used.variances))
-    return Learned(_only(used, 0), *read, float(done.bound[0]), mean, gap)
+    none = np.zeros(field.known.shape, dtype=bool)
+    expected = Expected(done.read[0], done.read_variance)
+    return Learned(_only(used, 0), *read, float(done.bound[0]), mean, gap, none), expected
 
 
 def _told(field: Field, centre: DrawBatch, evidence: Evidence) -> np.ndarray:

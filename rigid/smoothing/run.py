@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rigid.likelihood.set_aside import Aside
+from rigid.smoothing.aside import listed
 from rigid.smoothing.budget import Gathered, Line, Tally, Windows, bodies, lines, windows
 from rigid.smoothing.field import Field
 from rigid.smoothing.kalman import Backward
@@ -43,7 +45,8 @@ class Bands:
     """All that is known of one field test.
 
     - `name`; `time` (times,) [s]; `bands` by quantity, such as `load_A`; `budget`.
-    - `test`: the records and what was learned of each.
+    - `test`: the records and what was learned of each. - `aside`: readings of them that were set
+      aside, under any law.
     """
 
     name: str
@@ -51,6 +54,7 @@ class Bands:
     bands: Mapping[str, Band]
     budget: tuple[Line, ...]
     test: Test
+    aside: tuple[Aside, ...] = ()
 
 
 class Way(NamedTuple):
@@ -107,7 +111,15 @@ def bands(
                 made[name] = Band(*(np.empty((len(LEVELS), len(time))) for _ in range(2)))
             made[name].quantiles[:, where] = band.quantiles
             made[name].parts[:, where] = band.parts
-    return Bands(test.fields[0].name, time, made, tallies.finished(sources), test)
+    aside = tuple(one for way in ways for one in _aside(way.test))
+    budget = tallies.finished(sources)
+    return Bands(test.fields[0].name, time, made, budget, test, tuple(dict.fromkeys(aside)))
+
+
+def _aside(test: Test) -> Iterator[Aside]:
+    """What was set aside of the records of a test."""
+    for field, one in zip(test.fields, test.learned, strict=True):
+        yield from listed(field, one.aside)
 
 
 class _Done(NamedTuple):
@@ -317,10 +329,14 @@ def _within(batches: Sequence[np.ndarray], weights: Sequence[float]) -> np.ndarr
 def ways(
     fields: Sequence[Field], found: Sequence[tuple[Learned, ...]], laws: Sequence[RigModel]
 ) -> tuple[Way, ...]:
-    """Put the cylinders of a test together under each law; `found`: learned of them under it."""
+    """Put the cylinders of a test together under each law; `found`: learned of them under it.
+
+    What was set aside under a law is not known to it.
+    """
     rows = [told(fields, one) for one in found]
     every = rows[0] if len(rows) == 1 else np.unique(np.concatenate(rows))
     return tuple(
-        Way(Test(tuple(fields), one, every, tuple(each.evidence for each in one)), law)
+        Way(Test(left, one, every, tuple(each.evidence for each in one)), law)
         for one, law in zip(found, laws, strict=True)
+        for left in (tuple(f.without(e.aside) for f, e in zip(fields, one, strict=True)),)
     )

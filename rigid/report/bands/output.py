@@ -9,6 +9,7 @@ import numpy as np
 from rigid.inference.reference_check import SolverCheck
 from rigid.inference.summary import Check
 from rigid.io.files import replacing
+from rigid.report.taken import taken_over
 from rigid.smoothing.budget import FIGURES, PARTS, Line
 from rigid.smoothing.finished import Finished
 from rigid.smoothing.laws import RigModel
@@ -100,6 +101,11 @@ def as_dict(
         "usable": all(one.ok for one in listed),
         "checks": [one.values() for one in listed],
         "records": {found.name: _record(found) for found in all_found},
+        **taken_over(
+            (effect for law in laws for effect in law.effects),
+            (found.kind for found in all_found),
+            (one for found in all_found for one in found.aside),
+        ),
         "solver": None if solver is None else solver.values(),
         "seed": seed,
         "sha256": {place: mark for found in all_found for place, mark in found.sha256.items()},

@@ -14,6 +14,7 @@ from rigid.report.bands.output import unit
 from rigid.report.bands.section import KIND, Banded, BandsContent, FieldContent, FieldShown
 from rigid.report.content import BAD, GOOD, Answer, Check, Front
 from rigid.report.gallery import hang
+from rigid.report.taken import sentences
 from rigid.smoothing.budget import PARTS, Line
 from rigid.smoothing.events import Fall, Turn, falls, turns
 from rigid.smoothing.finished import Finished
@@ -56,6 +57,8 @@ def finished(found: Bands, simulated: bool, folder: Path) -> Finished:
             for quantity, gap in zip(QUANTITIES, one.gap, strict=True)
         },
         sha256={f.label: f.sha256 for f in found.test.fields},
+        aside=found.aside,
+        kind=found.test.fields[0].kind,
         figures=tuple(one for _, one in reversed(hang(figures, seen, KIND.name, folder))),
     )
 
@@ -72,6 +75,7 @@ def content(
         front=front(made["usable"], checks, found),
         provenance=provenance.made(spec, made["seed"], made["sha256"].items()),
         checks=checks,
+        taken=sentences(made),
         drawn=tuple(
             (f"record-{number}", one)
             for number, test in enumerate(found, start=1)
