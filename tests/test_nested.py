@@ -61,7 +61,7 @@ def exact(of) -> float:
 
 
 def test_no_polynomial_covers_the_sheet_and_modes_of_their_own_do(draws: Weighted):
-    bend = bend_of(expansion, optimum(), HELD, 0.1)
+    bend = bend_of(expansion, optimum(), HELD, 0.1).bend
     chart = Chart(("a", "b", "c"), (), (bend,) if bend else ())
     one = MixtureProposal((chart.mode(optimum()),), np.ones(1), 16.0)
     by_chart = drawn(chart.density(density), one, np.random.default_rng(3), DRAWS)
@@ -109,6 +109,20 @@ def test_the_volume_around_each_mode_counts():
     assert found.weight @ first / found.weight.sum() == pytest.approx(0.0, abs=error)
     forgotten = found.weight * np.exp(-first)  # what weights without the volume would be
     assert abs(forgotten @ first / forgotten.sum()) > 5.0 * error
+
+
+@pytest.mark.parametrize(
+    ("place", "share", "sliced"),
+    [
+        ((1.5, float(sheet(np.array(1.5))), 0.0), 0.4, True),  # on the sheet, two winds on
+        ((1.5, float(sheet(np.array(1.5))) + 0.5, 0.0), 0.4, False),  # off it
+        ((1.5, float(sheet(np.array(1.5))) + 0.5, 0.0), 0.001, True),  # and next to nothing
+    ],
+)
+def test_other_optima_are_drawn_along_the_same_ridge_or_not_at_all(place, share, sliced):
+    others = [(np.array(place), share)]
+    found = nested_about(expansion, optimum(), HELD, np.random.default_rng(1), others)
+    assert (found is not None) == sliced
 
 
 def test_nothing_is_sliced_where_all_is_told():

@@ -7,7 +7,7 @@ from rigs import frame_problem, release_problem
 
 from rigid.inference.newton import descend, is_noise, joined, local, split
 from rigid.inference.proposal import MixtureProposal, Mode, ModeWeights
-from rigid.inference.ridge import ridge_chart
+from rigid.inference.ridge import ridge_of
 from rigid.inference.search import AGREE, best_of_few, search
 from rigid.inference.search_cache import Searched, once
 from rigid.io.cache import Shelf
@@ -149,7 +149,7 @@ def test_joined_and_split_are_inverse(release):
 
 def test_a_search_on_disk_is_read_back_whole_and_by_its_own_run_alone(release, tmp_path):
     found = search(release, 3, 5)
-    chart = ridge_chart(found)
+    chart = ridge_of(found).chart
     weights = ModeWeights(
         np.ones(len(found.optima)), np.zeros(len(found.optima)), -3.5, 0.4, 0.3, 2
     )
@@ -161,13 +161,14 @@ def test_a_search_on_disk_is_read_back_whole_and_by_its_own_run_alone(release, t
 
     def make():
         made.append("made")
-        return Searched(found, chart, law, weights)
+        return Searched(found, chart, law, weights, 0.25)
 
     def read(spec):
         return once(Shelf(tmp_path, {"spec": spec}, reads=True), release, make)
 
     read("a")
-    again, its_chart, its_law, its_weights = read("a")
+    again, its_chart, its_law, its_weights, its_share = read("a")
+    assert its_share == 0.25
     assert len(made) == 1
     z = found.optima[0].z[None]
     np.testing.assert_array_equal(law.log_density(z), its_law.log_density(z))

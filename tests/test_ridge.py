@@ -59,13 +59,13 @@ def optimum() -> Optimum:
 
 
 def bend() -> Bend:
-    found = bend_of(expansion, optimum(), NONE_HELD, WIDE)
+    found = bend_of(expansion, optimum(), NONE_HELD, WIDE).bend
     assert found is not None
     return found
 
 
 def straightened(local: Local, best: Optimum) -> Chart:
-    found = bend_of(local, best, NONE_HELD, WIDE)
+    found = bend_of(local, best, NONE_HELD, WIDE).bend
     return Chart(NAMES, (), (found,) if found else ())
 
 
@@ -189,14 +189,14 @@ def test_what_cannot_be_simulated_is_taken_for_straight():
     def nowhere(z: np.ndarray, others: np.ndarray) -> Expansion:
         return Expansion(np.nan, np.full(4, np.nan), np.full((4, 4), np.nan))
 
-    assert bend_of(nowhere, optimum(), NONE_HELD, WIDE) is None
+    assert bend_of(nowhere, optimum(), NONE_HELD, WIDE).bend is None
 
 
 def test_what_cannot_be_simulated_on_one_side_is_left_out():
     def half(z: np.ndarray, others: np.ndarray) -> Expansion:
         return expansion(z, others) if z[0] > -0.3 else expansion(np.full(4, np.nan), others)
 
-    found = bend_of(half, optimum(), NONE_HELD, WIDE)
+    found = bend_of(half, optimum(), NONE_HELD, WIDE).bend
     assert found is not None
     assert covered(Chart(NAMES, (), (found,))) > 0.3
 
@@ -209,13 +209,13 @@ def test_a_straight_posterior_stays_as_it_is():
         return Expansion(float(0.5 * z @ known @ z), known @ z, known)
 
     best = dataclasses.replace(optimum(), covariance=np.linalg.inv(known))
-    assert bend_of(straight, best, NONE_HELD, WIDE) is None
+    assert bend_of(straight, best, NONE_HELD, WIDE).bend is None
 
 
 def test_coordinates_of_a_rig_have_their_optimum_and_its_law(monkeypatch):
     monkeypatch.setattr(ridge, "STRAIGHT", 2.0)  # that of one release is straight enough as it is
     found = search(release_problem({"k_LC": 6e7, "mu": 2e4}, samples=64), 4, 1)
-    chart, best = ridge.ridge_chart(found), found.optima[0]
+    chart, best = ridge.ridge_of(found).chart, found.optima[0]
     assert chart.bends
     away = chart.bends[0].factor[:, 0] * 2.0
     assert np.abs(chart.straight(best.z + away) - best.z - away).max() > 1e-6

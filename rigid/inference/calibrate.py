@@ -22,11 +22,12 @@ from rigid.inference.derived import (
     values_of,
 )
 from rigid.inference.friction_curve import Friction
+from rigid.inference.overlooked import overlooked
 from rigid.inference.pointwise import Blocks, blocks
 from rigid.inference.posterior import stack
 from rigid.inference.proposal import UNRELIABLE, MixtureProposal, ModeWeights, mode_weights
 from rigid.inference.reference_check import SolverCheck, against_reference
-from rigid.inference.ridge import as_wide_as_prior, ridge_chart
+from rigid.inference.ridge import Ridge, as_wide_as_prior, ridge_of
 from rigid.inference.sample import Draws
 from rigid.inference.sampling import Kept, sampled
 from rigid.inference.search import Found, compile_programs, search_from
@@ -192,25 +193,29 @@ def trusted(found: Found, seed: int, remade: Callable[[], None] = lambda: None) 
     Where the laws around the best fits do not cover it they are made anew from differences, which
     `remade` is told. The law is in coordinates along the ridge of the posterior.
     """
-    first = propose(found, np.random.default_rng([seed, 1]))
+    ridge = ridge_of(found)
+    first = propose(found, np.random.default_rng([seed, 1]), ridge)
     if first.weights.pareto_k < UNRELIABLE:
         return first
     remade()
     again = sharpened(found, first.chart)
-    return propose(again, np.random.default_rng([seed, 1]), first.chart)
+    return propose(again, np.random.default_rng([seed, 1]), ridge)
 
 
-def propose(found: Found, rng: np.random.Generator, chart: Chart | None = None) -> Searched:
+def propose(found: Found, rng: np.random.Generator, ridge: Ridge | None = None) -> Searched:
     """Fit a mixture of laws to the posterior around the modes.
 
-    - `chart`: its coordinates; left out: those along the ridge through the best fit.
+    - `ridge`: gives the coordinates; left out: that through the best fit.
     """
-    chart = ridge_chart(found) if chart is None else chart
+    ridge = ridge_of(found) if ridge is None else ridge
+    chart = ridge.chart
     density = chart.density(lambda z: log_density(found.problem, z))
     law = adapted(density, laid_over(found, chart), rng, MODE_DRAWS * len(found.optima), DOF)
     weights = mode_weights(density, law, rng, MODE_DRAWS)
+    even = law.shared(np.ones(len(law.modes)))
+    missed = overlooked(density, even, weights.greatest, ridge, rng)
     law = law.shared(np.maximum(weights.weights, LEAST_WEIGHT))
-    return Searched(found, chart, law, weights)
+    return Searched(found, chart, law, weights, missed)
 
 
 def laid_over(found: Found, chart: Chart) -> MixtureProposal:

@@ -14,7 +14,7 @@ of several by weight as in Andrieu, Doucet and Holenstein (2010), particle Marko
 
 import dataclasses
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
@@ -35,7 +35,7 @@ from rigid.inference.ridge import (
     followed,
     mode_at,
 )
-from rigid.inference.search import Found, Optimum
+from rigid.inference.search import SAME_WITHIN, Found, Optimum
 
 FAR_SHARE = 0.2
 """Of the first draws of w, for a law as wide as the prior."""
@@ -47,6 +47,11 @@ TOGETHER = 16
 """Modes looked for at a time, from those that are known by then."""
 TRIED = 8
 """Draws of x at each w, of which one is kept."""
+
+STRIDES = 4
+"""From the best optimum to another one along the ridge."""
+ELSEWHERE = 0.01
+"""Share of the posterior that optima off the ridge may hold."""
 
 About = Callable[[Floats, Floats], ConditionalMode | None]
 
@@ -128,22 +133,29 @@ class Nested:
         return Weighted(z[rows, kept], raw[rows, kept], mean - self.law.log_density(w))
 
 
-def nested(found: Found, chart: Chart, rng: Random) -> Nested | None:
+def nested(found: Found, chart: Chart, shares: Floats, rng: Random) -> Nested | None:
     """Fit the law of what is hardly told; None where all is told, or nothing is.
 
-    - `chart`: coordinates in which conditional modes lie near each other.
+    - `chart`: coordinates in which conditional modes lie near each other. - `shares` (optima,): of
+      the posterior. Where those off the ridge hold more than ELSEWHERE there is no such law.
     """
     held = is_noise(found.problem)
     local = expansion_of(found.problem, chart)
-    return nested_about(local, chart.straightened(found.optima[0]), held, rng)
+    at = [(chart.straight(o.z), s) for o, s in zip(found.optima, shares.tolist(), strict=True)]
+    return nested_about(local, chart.straightened(found.optima[0]), held, rng, at[1:])
 
 
 def nested_about(
-    local: Local, there: Optimum, held: NDArray[np.bool_], rng: Random
+    local: Local,
+    there: Optimum,
+    held: NDArray[np.bool_],
+    rng: Random,
+    others: Sequence[tuple[Floats, float]] = (),
 ) -> Nested | None:
     """Fit the law of what is hardly told around an optimum.
 
-    - `held` (size,): entries that conditional modes leave as they are.
+    - `held` (size,): entries that conditional modes leave as they are. - `others`: places (size,)
+      of other optima, and their shares of the posterior.
     """
     along = directions(there, held, min(WIDE))
     if not along.wide or not along.narrow:
@@ -153,8 +165,25 @@ def nested_about(
     if origin is None:
         return None
     slices = Slices(about, [origin])
+    off = sum(s for z, s in others if s > 0.0 and not _on_ridge(slices, along, z - there.z))
+    if off > ELSEWHERE:
+        return None
     law = adapted(slices.marginal, _first(there.z, along), rng, ROUND, DOF)
     return Nested(there.z, along, slices, law)
+
+
+def _on_ridge(slices: Slices, along: Directions, away: Floats) -> bool:
+    """Whether the way along the ridge, from its optimum, leads to a place `away` (size,) of it."""
+    q = np.asarray(np.linalg.solve(along.factor, away), dtype=np.float64)
+    w, x = q[: along.wide], q[along.wide : along.wide + along.narrow]
+    mode = None
+    for step in range(1, STRIDES + 1):
+        mode = slices.at(step / STRIDES * w[None])[0]
+        if mode is None:
+            return False
+    assert mode is not None  # of the last step
+    off = np.linalg.solve(mode.factor, mode.x[: along.narrow] - x)
+    return bool(np.sqrt(np.mean(off**2)) < SAME_WITHIN)
 
 
 def _first(centre: Floats, along: Directions) -> MixtureProposal:

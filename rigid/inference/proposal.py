@@ -173,6 +173,7 @@ class ModeWeights:
     - kish: effective share of the draws, (sum w)^2 / (n sum w^2); 1 is perfect
     - pareto_k: shape of the tail of the importance weights; above 0.7 the figures are unreliable
     - failed: draws whose log posterior was not a number
+    - greatest: log weight of a draw, against the mixture in which every mode has the same weight
     """
 
     weights: NDArray[np.float64]
@@ -181,6 +182,7 @@ class ModeWeights:
     kish: float
     pareto_k: float
     failed: int
+    greatest: float = 0.0
 
 
 def mode_weights(
@@ -222,6 +224,7 @@ def mode_weights(
         kish=kish(weight) / len(z),
         pareto_k=pareto_shape(weight),
         failed=int(np.sum(failed)),
+        greatest=float(log_weight.max()),
     )
 
 

@@ -95,18 +95,52 @@ class ConditionalMode(NamedTuple):
     value: float
 
 
-def ridge_chart(found: Found) -> Chart:
-    """Return the coordinates along the ridge through the best optimum of a search."""
+class Slices(NamedTuple):
+    """Conditional modes along a ridge, in units of directions around an optimum.
+
+    - `centre` (size,): the optimum. - `rarity` (modes,): logs, up to a constant, of how often such
+      w were tried.
+    """
+
+    centre: Floats
+    along: Directions
+    modes: list[ConditionalMode]
+    rarity: Floats
+
+
+class Bent(NamedTuple):
+    """What following a ridge has led to.
+
+    - `bend`: what straightens it; None where it is straight, or cannot be followed.
+    - `slices`: None where there are none.
+    """
+
+    bend: Bend | None
+    slices: Slices | None
+
+
+class Ridge(NamedTuple):
+    """The ridge of a posterior: `chart` along it, and `slices` in the coordinates `before`."""
+
+    chart: Chart
+    before: Chart
+    slices: Slices | None
+
+
+def ridge_of(found: Found) -> Ridge:
+    """Follow the ridge through the best optimum of a search."""
     problem, best = found.problem, found.optima[0]
     chart = chart_of(problem)
+    ridge = Ridge(chart, chart, None)
     # `expanded` holds noise levels; they do not bend what the records say of the other numbers.
     held = is_noise(problem)
     for width in WIDE:
         local = expansion_of(problem, chart)
-        bend = bend_of(local, chart.straightened(best), held, width)
-        if bend is not None:
-            chart = dataclasses.replace(chart, bends=(*chart.bends, bend))
-    return chart
+        before, found_there = chart, bend_of(local, chart.straightened(best), held, width)
+        if found_there.bend is not None:
+            chart = dataclasses.replace(chart, bends=(*chart.bends, found_there.bend))
+        ridge = Ridge(chart, before, found_there.slices)
+    return ridge
 
 
 def as_wide_as_prior(problem: Problem, there: Optimum) -> Mode:
@@ -120,21 +154,21 @@ def as_wide_as_prior(problem: Problem, there: Optimum) -> Mode:
     return Mode(mean, factor, there.log_posterior)
 
 
-def bend_of(local: Local, there: Optimum, held: NDArray[np.bool_], width: float) -> Bend | None:
-    """Return what straightens a posterior around an optimum; None where it is straight.
+def bend_of(local: Local, there: Optimum, held: NDArray[np.bool_], width: float) -> Bent:
+    """Find what straightens a posterior around an optimum.
 
     - `held` (size,): entries that stay as they are. - `width`: as in WIDE.
     """
     along = directions(there, held, width)
     if not along.wide or not along.narrow:
-        return None
+        return Bent(None, None)
     normal = np.asarray(norm.ppf(qmc.Sobol(along.wide, rng=1).random(MOST)), dtype=np.float64)
     far, clouds = Cloud.of_prior(there, along), [Cloud(np.zeros(along.wide), np.ones(along.wide))]
     about = partial(mode_at, local, there, along)
     origin = about(np.zeros(along.wide), np.zeros(along.narrow + there.standard.size))
     if origin is None:
-        return None
-    modes, design, share, strengths = [], None, -1.0, np.zeros(0)
+        return Bent(None, None)
+    modes, design, slices, share, strengths = [], None, None, -1.0, np.zeros(0)
     tried, count = 0, FEWEST
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
         while share < COVERED and tried < MOST:
@@ -145,18 +179,19 @@ def bend_of(local: Local, there: Optimum, held: NDArray[np.bool_], width: float)
                 modes += [mode for mode in pool.map(about, w, near) if mode is not None]
             tried, count = count, 2 * count
             if len(modes) < 2:
-                return None
+                return Bent(None, None)
             rarity = rarity_of(modes, [*clouds, far])
             design = Design.of(modes, origin, along, rarity)
+            slices = Slices(there.z, along, list(modes), rarity)
             clouds.append(clouds[0].moved(modes, rarity))
             if design.overlap(np.zeros(design.x.shape)) > STRAIGHT:
-                return None
+                return Bent(None, slices)
             share, strengths = design.chosen()
     assert design is not None
     coefficients = design.coefficients(strengths)[:, : along.narrow]
     reached = np.array([mode.w for mode in modes])
     low, high = reached.min(axis=0), reached.max(axis=0)
-    return Bend(there.z, along.factor, low, high, coefficients)
+    return Bent(Bend(there.z, along.factor, low, high, coefficients), slices)
 
 
 def directions(there: Optimum, held: NDArray[np.bool_], least: float) -> Directions:

@@ -27,8 +27,8 @@ LEAST_SHARE, FINITE = 0.1, 0.5
 """Share of effective draws of the law over the modes from which on it covers the posterior, and the
 Pareto shape below which weights have a variance. Below that share it misses a part of the ridge: a
 chain that begins in it agrees with itself, and not with the truth (docs/studies/validation.md)."""
-ALONE = 0.999
-"""Share of the posterior around its best fit from which on its ridge is followed from there."""
+MOST_OVERLOOKED = 0.1
+"""Share of the posterior around conditional modes that the law may overlook."""
 NAME = "weighted"
 STREAM = 4
 """Number of this part of a fit among those that draw from its seed."""
@@ -74,12 +74,7 @@ def sampled(rule: SamplerSpec, known: Searched, run: tuple[int, Options], kept: 
 
 def covers(known: Searched) -> bool:
     """Whether the law over the modes covers the posterior."""
-    return known.weights.kish > LEAST_SHARE
-
-
-def ridge_alone(known: Searched) -> bool:
-    """Whether the posterior is one ridge through its best fit."""
-    return float(known.weights.weights[0]) > ALONE
+    return known.weights.kish > LEAST_SHARE and known.overlooked < MOST_OVERLOOKED
 
 
 class Way(NamedTuple):
@@ -105,12 +100,13 @@ def _weighted_ways(rule: SamplerSpec, known: Searched, seed: int) -> Iterator[Wa
         return lambda rng, draws: drawn(density, known.law, rng, draws)
 
     def at_modes() -> Draw | None:
-        law = nested(known.found, known.chart, np.random.default_rng([seed, STREAM]))
+        rng = np.random.default_rng([seed, STREAM])
+        law = nested(known.found, known.chart, known.weights.weights, rng)
         return None if law is None else partial(law.drawn, density)
 
     if covers(known) and known.weights.pareto_k < FINITE:
         yield Way("sample by weights", of_law, EACH, 1)
-    if not covers(known) and ridge_alone(known):
+    if not covers(known):
         yield Way("sample along the ridge", at_modes, EACH_AT_MODES, TRIED)
 
 

@@ -17,12 +17,16 @@ NAME = "search"
 
 
 class Searched(NamedTuple):
-    """A search, coordinates, the law over its modes in these, and how much each mode holds."""
+    """A search, coordinates, the law over its modes in these, and how much each mode holds.
+
+    - `overlooked`: share of the posterior that the law overlooks.
+    """
 
     found: Found
     chart: Chart
     law: MixtureProposal
     weights: ModeWeights
+    overlooked: float = 0.0
 
 
 KINDS = (

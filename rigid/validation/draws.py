@@ -16,7 +16,6 @@ from rigid.inference.nested import nested
 from rigid.inference.posterior import stack
 from rigid.inference.proposal import UNRELIABLE, kish, pareto_shape
 from rigid.inference.sample import Draws, Settings, sample
-from rigid.inference.sampling import ridge_alone
 from rigid.inference.search_cache import Searched
 from rigid.likelihood.problem import (
     Problem,
@@ -134,9 +133,9 @@ def _together(parts: list, log_weight: np.ndarray) -> Weighted:
 
 
 def sliced(known: Searched, rng: np.random.Generator) -> Weighted | None:
-    """Draw at conditional modes; None where the posterior has no ridge, or several modes."""
+    """Draw at conditional modes; None where the posterior is not one ridge."""
     problem, chart = known.found.problem, known.chart
-    law = nested(known.found, chart, rng) if ridge_alone(known) else None
+    law = nested(known.found, chart, known.weights.weights, rng)
     if law is None:
         return None
     density = chart.density(lambda z: log_density(problem, z))

@@ -30,7 +30,7 @@ def one_campaign(case: Case) -> dict:
     """Share of draws that count and Pareto shape, by coordinates; how many directions are wide."""
     from rigid.inference.calibrate import propose
     from rigid.inference.coordinates import chart_of
-    from rigid.inference.ridge import ridge_chart
+    from rigid.inference.ridge import Ridge, ridge_of
     from rigid.inference.search import search_from
     from rigid.spec import load_spec
     from rigid.validation.campaign import draw, read_base
@@ -43,12 +43,13 @@ def one_campaign(case: Case) -> dict:
     found = search_from(
         made.problem, np.concatenate([near[None], rng.standard_normal((PRIOR_STARTS, len(near)))])
     )
-    ridge = ridge_chart(found)
+    ridge, sums = ridge_of(found), chart_of(found.problem)
     row: dict = {"case": case._asdict()}
-    for name, chart in (("sums", chart_of(found.problem)), ("ridge", ridge)):
-        weights = propose(found, np.random.default_rng(3), chart).weights
+    for name, one in (("sums", Ridge(sums, sums, None)), ("ridge", ridge)):
+        weights = propose(found, np.random.default_rng(3), one).weights
         row[name] = round(weights.kish, 5), round(weights.pareto_k, 3)
-    row["wide"] = ridge.bends[-1].wide if ridge.bends else 0
+    bends = ridge.chart.bends
+    row["wide"] = bends[-1].wide if bends else 0
     return row
 
 
