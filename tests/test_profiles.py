@@ -68,7 +68,7 @@ def test_nothing_is_evaluated_where_there_is_no_sum(monkeypatch):
 
 @pytest.mark.slow
 def test_a_campaign_whose_starts_all_end_in_the_lesser_optimum(monkeypatch):
-    """Campaign 15 of seed 60601 (docs/studies/validation.md): by profiles 4.9 nats higher."""
+    """Campaign 15 of seed 60601 (docs/studies/validation-notes.md): by profiles 4.9 nats higher."""
     study = rigid.load("fits/calibration.toml")
     made = draw(Base(study.solved, study.records, study.problem), Design(60601), 15)
     found = search(made.problem, 4, 1)

@@ -3,10 +3,10 @@
 What a sum of relaxing parts does to a record can be shared out among them in more ways than one: a
 friction that relaxes within a sample is like one that does not relax at all. Each way is an
 optimum, and all starts of a search may end in the lesser of two, for it is the wider one from afar
-(docs/studies/validation.md, campaign 15 of seed 60601: 16 of 16). The profile of a part leads from
-one to the other: the part is held, a stride at a time, and all else led to its optimum given it
-(Raue et al. 2009, Bioinformatics 25:1923). Where the profile rises and falls again, another optimum
-lies behind.
+(docs/studies/validation-notes.md, campaign 15 of seed 60601: 16 of 16). The profile of a part leads
+from one to the other: the part is held, a stride at a time, and all else led to its optimum given
+it (Raue et al. 2009, Bioinformatics 25:1923). Where the profile rises and falls again, another
+optimum lies behind.
 """
 
 import os

@@ -4,7 +4,7 @@ Records tell some combinations of the numbers a thousand times better than the p
 them: the release k_LC over the masses that swing, the frame the sum of 1/k_LC and 1/k_frame. The
 posterior then is a thin sheet, and a bent one: within one standard deviation of k_frame it leaves
 its tangent by several of its thicknesses. No Gaussian law covers it, walkers do not find their way
-along it, and what they miss no R-hat shows (docs/studies/validation.md).
+along it, and what they miss no R-hat shows (docs/studies/validation-notes.md).
 
 But given the few directions w that are hardly told, the posterior of all others x is all but
 Gaussian, and some Newton steps lead to its top x*(w): the conditional mode, as of the nested
@@ -40,7 +40,7 @@ WIDE = (0.3, 0.1)
 """Posterior sd [prior sds] from which on a direction counts as hardly told, in a first map and in a
 second one in its coordinates: those told by a tenth of the prior bend with those wider than a
 third. Where narrower ones than these count as well, points in so many dimensions lie off the
-ridge of hard campaigns, whose tails are then missed (docs/studies/validation.md)."""
+ridge of hard campaigns, whose tails are then missed (docs/studies/validation-notes.md)."""
 SPREAD = 1.25
 """Of the points w, in posterior sds: a polynomial is worth little beyond them, and stays there."""
 FEWEST, MOST = 32, 64

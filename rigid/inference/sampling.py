@@ -26,7 +26,7 @@ from rigid.spec.values import SamplerSpec
 LEAST_SHARE, FINITE = 0.1, 0.5
 """Share of effective draws of the law over the modes from which on it covers the posterior, and the
 Pareto shape below which weights have a variance. Below that share it misses a part of the ridge: a
-chain that begins in it agrees with itself, and not with the truth (docs/studies/validation.md)."""
+chain that begins in it agrees with itself alone (docs/studies/validation-notes.md)."""
 MOST_OVERLOOKED = 0.1
 """Share of the posterior around conditional modes that the law may overlook."""
 NAME = "weighted"

@@ -35,7 +35,7 @@ SLICES, MOST_SLICES = 200, 1200
 ENSEMBLES, CHAIN_BLOCK, CHAIN_STEPS, R_HAT = 2, 50, 3000, 1.02
 """Of a chain that takes over where weights do not do: the fewest ensembles that R-hat compares, one
 of which begins apart, and a limit that means of ESS draws can keep. What such chains still miss
-stands in docs/studies/validation.md."""
+stands in docs/studies/validation-notes.md."""
 KEPT_STEPS = 20
 """Steps of each walker of a chain that ranks are taken among, as many as posterior.nc holds."""
 
