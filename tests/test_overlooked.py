@@ -40,15 +40,15 @@ def share(log_prob, ridge: Ridge, widths: tuple[float, float, float]) -> float:
 
 @pytest.fixture(scope="module")
 def ridge() -> Ridge:
-    return Ridge(CHART, CHART, bend_of(flat, flat_optimum(), HELD, 0.1).slices)
+    return Ridge(CHART, CHART, bend_of(flat, flat_optimum(), HELD, 0.1).followed)
 
 
 def test_points_around_conditional_modes_are_weighed_right(ridge):
     """Along a straight ridge all else is Gaussian: what is uneven is how w was tried alone."""
-    assert ridge.slices is not None
-    u, log_density = around(ridge.slices, np.random.default_rng(3))
+    assert ridge.followed is not None
+    u, log_density = around(ridge.followed, np.random.default_rng(3))
     weight = np.exp(straight(u) - log_density)
-    own = weight.reshape(len(ridge.slices.modes), -1)
+    own = weight.reshape(len(ridge.followed.modes), -1)
     np.testing.assert_allclose(own, np.broadcast_to(own[:, :1], own.shape), rtol=1e-9)
     weight /= weight.sum()
     error = 4.0 / np.sqrt(kish(weight))
@@ -63,8 +63,8 @@ def test_a_law_that_covers_overlooks_nothing_and_a_narrow_one_is_seen(ridge):
 
 
 def test_a_ridge_that_the_law_leaves_is_seen():
-    slices = bend_of(expansion, optimum(), HELD, 0.1).slices
-    assert share(density, Ridge(CHART, CHART, slices), (1.0, THIN, LEVEL)) > 0.5
+    followed = bend_of(expansion, optimum(), HELD, 0.1).followed
+    assert share(density, Ridge(CHART, CHART, followed), (1.0, THIN, LEVEL)) > 0.5
 
 
 def test_without_conditional_modes_nothing_is_said():

@@ -9,9 +9,9 @@ has been overlooked.
 
 import numpy as np
 
-from rigid.inference.coordinates import Chart, Floats
+from rigid.inference.coordinates import Floats
 from rigid.inference.proposal import LogProb, MixtureProposal, Random
-from rigid.inference.ridge import Ridge, Slices
+from rigid.inference.ridge import Followed, Ridge
 
 EACH = 4
 """Points around each conditional mode."""
@@ -25,10 +25,10 @@ def overlooked(
     - `log_prob`: of the coordinates of `ridge.chart`, as `law`. - `greatest`: log weight among the
       draws of the law. Zero where there are no conditional modes.
     """
-    if ridge.slices is None:
+    if ridge.followed is None:
         return 0.0
-    u, log_density = around(ridge.slices, rng)
-    at = restated(u, ridge.before, ridge.chart)
+    u, log_density = around(ridge.followed, rng)
+    at = ridge.chart.straight(ridge.before.standard(u))
     value = np.asarray(log_prob(at), dtype=float)
     value = np.where(np.isfinite(value), value, -np.inf)
     log_weight = value - log_density
@@ -38,27 +38,22 @@ def overlooked(
     return float(weight[value - law.log_density(at) > greatest].sum() / weight.sum())
 
 
-def around(slices: Slices, rng: Random) -> tuple[Floats, Floats]:
+def around(ridge: Followed, rng: Random) -> tuple[Floats, Floats]:
     """Draw points (n, size) around conditional modes, and how rare they are.
 
     That is the log of their density up to a constant (n,): of w as it was tried, of all else as it
     is Gaussian there. What is held is drawn as it is around the optimum.
     """
-    along = slices.along
+    along = ridge.along
     last = along.wide + along.narrow
-    units = rng.standard_normal((len(slices.modes), EACH, len(slices.centre)))
-    log_density = np.zeros((len(slices.modes), EACH))
-    for i, mode in enumerate(slices.modes):
+    units = rng.standard_normal((len(ridge.modes), EACH, len(ridge.centre)))
+    log_density = np.zeros((len(ridge.modes), EACH))
+    for i, mode in enumerate(ridge.modes):
         own = units[i, :, along.wide :]
-        log_density[i] = slices.rarity[i] - 0.5 * np.sum(own**2, axis=1)
+        log_density[i] = ridge.rarity[i] - 0.5 * np.sum(own**2, axis=1)
         log_density[i] -= np.sum(np.log(np.diag(mode.factor)))
         units[i, :, : along.wide] = mode.w
         bent = units[i, :, along.wide : last] @ mode.factor.T
         units[i, :, along.wide : last] = mode.x[: along.narrow] + bent
-    points = slices.centre + units.reshape(-1, len(slices.centre)) @ along.factor.T
+    points = ridge.centre + units.reshape(-1, len(ridge.centre)) @ along.factor.T
     return points, log_density.ravel()
-
-
-def restated(u: Floats, before: Chart, after: Chart) -> Floats:
-    """Points (n, size) of one chart in another."""
-    return after.straight(before.standard(u))

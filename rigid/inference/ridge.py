@@ -95,7 +95,7 @@ class ConditionalMode(NamedTuple):
     value: float
 
 
-class Slices(NamedTuple):
+class Followed(NamedTuple):
     """Conditional modes along a ridge, in units of directions around an optimum.
 
     - `centre` (size,): the optimum. - `rarity` (modes,): logs, up to a constant, of how often such
@@ -112,19 +112,22 @@ class Bent(NamedTuple):
     """What following a ridge has led to.
 
     - `bend`: what straightens it; None where it is straight, or cannot be followed.
-    - `slices`: None where there are none.
+    - `followed`: None where no mode was found.
     """
 
     bend: Bend | None
-    slices: Slices | None
+    followed: Followed | None
 
 
 class Ridge(NamedTuple):
-    """The ridge of a posterior: `chart` along it, and `slices` in the coordinates `before`."""
+    """The ridge of a posterior.
+
+    - `chart`: coordinates along it. - `followed`: in the coordinates `before`.
+    """
 
     chart: Chart
     before: Chart
-    slices: Slices | None
+    followed: Followed | None
 
 
 def ridge_of(found: Found) -> Ridge:
@@ -136,10 +139,10 @@ def ridge_of(found: Found) -> Ridge:
     held = is_noise(problem)
     for width in WIDE:
         local = expansion_of(problem, chart)
-        before, found_there = chart, bend_of(local, chart.straightened(best), held, width)
-        if found_there.bend is not None:
-            chart = dataclasses.replace(chart, bends=(*chart.bends, found_there.bend))
-        ridge = Ridge(chart, before, found_there.slices)
+        before, bent = chart, bend_of(local, chart.straightened(best), held, width)
+        if bent.bend is not None:
+            chart = dataclasses.replace(chart, bends=(*chart.bends, bent.bend))
+        ridge = Ridge(chart, before, bent.followed)
     return ridge
 
 
@@ -168,7 +171,7 @@ def bend_of(local: Local, there: Optimum, held: NDArray[np.bool_], width: float)
     origin = about(np.zeros(along.wide), np.zeros(along.narrow + there.standard.size))
     if origin is None:
         return Bent(None, None)
-    modes, design, slices, share, strengths = [], None, None, -1.0, np.zeros(0)
+    modes, design, done, share, strengths = [], None, None, -1.0, np.zeros(0)
     tried, count = 0, FEWEST
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
         while share < COVERED and tried < MOST:
@@ -182,16 +185,16 @@ def bend_of(local: Local, there: Optimum, held: NDArray[np.bool_], width: float)
                 return Bent(None, None)
             rarity = rarity_of(modes, [*clouds, far])
             design = Design.of(modes, origin, along, rarity)
-            slices = Slices(there.z, along, list(modes), rarity)
+            done = Followed(there.z, along, list(modes), rarity)
             clouds.append(clouds[0].moved(modes, rarity))
             if design.overlap(np.zeros(design.x.shape)) > STRAIGHT:
-                return Bent(None, slices)
+                return Bent(None, done)
             share, strengths = design.chosen()
     assert design is not None
     coefficients = design.coefficients(strengths)[:, : along.narrow]
     reached = np.array([mode.w for mode in modes])
     low, high = reached.min(axis=0), reached.max(axis=0)
-    return Bent(Bend(there.z, along.factor, low, high, coefficients), slices)
+    return Bent(Bend(there.z, along.factor, low, high, coefficients), done)
 
 
 def directions(there: Optimum, held: NDArray[np.bool_], least: float) -> Directions:
