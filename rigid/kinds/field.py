@@ -14,3 +14,4 @@ class Field(RecordKind):
     one_of: ClassVar[tuple[str, ...]] = ()
     fit: ClassVar[bool] = False
     contact: ClassVar[Contact] = "ice"
+    exact: ClassVar[str] = "instants of samples"
