@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigid.physics.characteristic import (
@@ -43,6 +43,7 @@ def test_roots_are_the_eigenvalues_of_the_two_masses(friction: float):
     assert distance.max() < 1e3 * np.finfo(float).eps * np.abs(expected).max()
 
 
+@settings(deadline=None)  # a loaded machine is no fault
 @given(FRICTIONS, RATIOS, RATIOS)
 def test_roots_solve_the_equation_and_decay(epsilon: float, a1: float, a2: float):
     coefficients, found = polynomial(epsilon, a1, a2), roots(epsilon, a1, a2)
@@ -51,12 +52,14 @@ def test_roots_solve_the_equation_and_decay(epsilon: float, a1: float, a2: float
     assert np.all(found.imag > 0)
 
 
+@settings(deadline=None)  # a loaded machine is no fault
 @given(FRICTIONS, RATIOS, RATIOS)
 def test_roots_come_in_mirror_images(epsilon: float, a1: float, a2: float):
     found = roots(epsilon, a1, a2)
     np.testing.assert_array_equal(np.sort_complex(-found.conj()), found)
 
 
+@settings(deadline=None)  # a loaded machine is no fault
 @given(RATIOS, RATIOS)
 def test_limits(a1: float, a2: float):
     slow, fast = frictionless_roots(a1, a2)
@@ -66,6 +69,7 @@ def test_limits(a1: float, a2: float):
     assert swinging.real == pytest.approx(locked_root(a1, a2), rel=1e-6)
 
 
+@settings(deadline=None)  # a loaded machine is no fault
 @given(RATIOS, RATIOS)
 def test_critical_epsilon_parts_four_swinging_roots_from_two(a1: float, a2: float):
     edge = critical_epsilon(a1, a2)

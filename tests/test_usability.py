@@ -23,7 +23,9 @@ from rigid.smoothing.laws import RigModel
 from rigid.spec import Known, find_spec, load_spec
 
 LINE = Line("total", "peak load", "N", 5e4, 4.9e4, 5.1e4, 600.0, (400.0, None, 500.0, None, 100.0))
-DONE = Finished("press", ("A",), (LINE,), (), (), {"load of press,A": 1.01}, {"press,A": "ab"}, ())
+DONE = Finished(
+    "press", ("A",), (LINE,), (), (), {"load of press,A": 1.01}, {"press,A": "ab"}, (), (), "field"
+)
 LAW = RigModel("memory", 1.0, (), {"k_LC": np.ones(3)})
 
 
