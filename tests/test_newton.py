@@ -151,7 +151,7 @@ def test_a_search_on_disk_is_read_back_whole_and_by_its_own_run_alone(release, t
     found = search(release, 3, 5)
     chart = ridge_of(found).chart
     weights = ModeWeights(
-        np.ones(len(found.optima)), np.zeros(len(found.optima)), -3.5, 0.4, 0.3, 2
+        np.ones(len(found.optima)), np.zeros(len(found.optima)), -3.5, 0.4, 0.3, 2, 1.5
     )
     modes = tuple(
         Mode(o.z, np.linalg.cholesky(o.covariance), o.log_posterior) for o in found.optima

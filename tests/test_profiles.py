@@ -7,7 +7,14 @@ from rigs import release_problem
 import rigid
 from rigid.inference import search as searching
 from rigid.inference.newton import Expansion, joined
-from rigid.inference.profiles import FARTHEST, TOO_HIGH, Place, other_optima, over_a_ridge, profile
+from rigid.inference.profiles import (
+    FARTHEST,
+    TOO_HIGH,
+    Place,
+    other_optima,
+    over_a_barrier,
+    profile,
+)
 from rigid.inference.search import search
 from rigid.validation.campaign import Base, draw
 from rigid.validation.design import Design
@@ -35,7 +42,7 @@ def test_a_profile_leads_over_the_barrier_to_the_other_optimum():
     places = profile(two_wells, place(-1.0), 0, 1.0)
     np.testing.assert_allclose([p.w[1] for p in places], [p.w[0] ** 2 for p in places], atol=0.1)
     assert max(p.value for p in places) > BARRIER
-    behind = over_a_ridge(places)
+    behind = over_a_barrier(places)
     assert behind is not None
     assert behind.w[0] == pytest.approx(1.0)
 
@@ -43,7 +50,7 @@ def test_a_profile_leads_over_the_barrier_to_the_other_optimum():
 def test_a_profile_that_only_rises_leads_nowhere():
     places = profile(two_wells, place(-1.0), 0, -1.0)
     assert places[-1].value > place(-1.0).value + TOO_HIGH
-    assert over_a_ridge(places) is None
+    assert over_a_barrier(places) is None
 
 
 def test_a_profile_ends_at_the_end_of_the_prior_and_where_nothing_can_be_solved():

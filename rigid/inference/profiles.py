@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rigid.inference.newton import Expansion, descend, expanded
+from rigid.inference.newton import LONGEST, ROUGH, Expansion, descend, expanded
 from rigid.inference.sums import sums_of
 from rigid.likelihood.problem import Problem
 
@@ -34,10 +34,6 @@ STEPS, ENOUGH = 10, 4
 The first steps promise too little: where they begin, most lies far from all measured."""
 SETTLED = 1.0
 """Nats that the last step to a point of a profile promises."""
-ROUGH = 0.05
-"""Nats by which a step may lead up: the log-posterior jumps by so much (`newton`)."""
-LONGEST = 3.0
-"""Largest change of an entry in one step [prior sds], as in `newton`."""
 
 Local = Callable[[np.ndarray], Expansion]
 """w (n,), as `newton.joined` makes it -> the negative log-posterior around it."""
@@ -71,7 +67,7 @@ def other_optima(
         return expanded(problem, at, z_noise)
 
     def behind(which: tuple[int, float]) -> Place | None:
-        over = over_a_ridge(profile(around, begin, *which))
+        over = over_a_barrier(profile(around, begin, *which))
         return None if over is None else Place(*descend(problem, over.w, z_noise))
 
     ways = [(entry, sign) for entry in entries for sign in (-1.0, 1.0)]
@@ -143,7 +139,7 @@ def _shortened(step: np.ndarray) -> np.ndarray:
     return step * LONGEST / max(LONGEST, float(np.abs(step).max()))
 
 
-def over_a_ridge(places: list[Place]) -> Place | None:
+def over_a_barrier(places: list[Place]) -> Place | None:
     """Return the lowest point of a profile behind a fall of it; None where it only rises."""
     value = np.array([place.value for place in places])
     behind = np.maximum.accumulate(value) - value > FALL

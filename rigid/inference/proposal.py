@@ -182,7 +182,7 @@ class ModeWeights:
     kish: float
     pareto_k: float
     failed: int
-    greatest: float = 0.0
+    greatest: float
 
 
 def mode_weights(

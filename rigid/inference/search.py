@@ -4,8 +4,9 @@ The release record has several optima in (k_LC, mu); a single start ends in one 
 sign of it. Starts are drawn from the prior and each is led to an optimum of the exact likelihood,
 first with the noise taken for a thousand and for thirty times what it is: where the records tell a
 part in ten thousand a bent valley lies, along which descents creep; from afar it is a bowl. Starts
-that a coarse descent has led to one point go on as one. Then noise levels and correlation times are
-brought up to date and the best optima refined.
+that a coarse descent has led to one point go on as one. Where profiles of the best end lead to
+other optima, these are taken in (`profiles`). Then noise levels and correlation times are brought
+up to date and the best optima refined.
 """
 
 import dataclasses

@@ -26,7 +26,7 @@ class Searched(NamedTuple):
     chart: Chart
     law: MixtureProposal
     weights: ModeWeights
-    overlooked: float = 0.0
+    overlooked: float
 
 
 KINDS = (

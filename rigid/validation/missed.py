@@ -38,7 +38,9 @@ def seldom_missed(used: Sequence[Mapping[str, Any]]) -> Check | None:
     if not nats:
         return None
     many, most = sum(one > 0.0 for one in nats), max(nats)
-    says = f"the search missed a better optimum, next to the truth, in {many} of {len(nats)}"
+    says = (
+        f"the search missed a better optimum, next to the truth, in {many} of {len(nats)} campaigns"
+    )
     if many:
         says = f"{says}, by up to {most:.1f} nats"
     if binomtest(many, len(nats), SELDOM, alternative="greater").pvalue >= ALPHA:
