@@ -29,13 +29,15 @@ from rigid.report.bands.present import _thousandths
 from rigid.smoothing import kept, learning, paths, quantised, reference_check
 from rigid.smoothing.budget import Line
 from rigid.smoothing.events import Fall, Turn, falls, turns
-from rigid.smoothing.field import BLOCK, Field, read_fields
+from rigid.smoothing.field import BLOCK, Field, rig_setup
 from rigid.smoothing.finished import Finished
 from rigid.smoothing.kalman import Backward, Filtered, Shown, Smoothed
 from rigid.smoothing.latent import calm
 from rigid.smoothing.laws import RigModel, read_law, read_laws, sheet
 from rigid.smoothing.learning import Learned, Sheet
-from rigid.smoothing.model import QUANTITIES, Calibration
+from rigid.smoothing.model import Calibration
+from rigid.smoothing.plant import RigPlant
+from rigid.smoothing.reading import read_fields
 from rigid.smoothing.reference_check import against_reference
 from rigid.smoothing.run import Band, Bands, Way
 from rigid.smoothing.run import bands as run_bands
@@ -244,11 +246,11 @@ def known_by_hand(load, kappa):
     """A field and what would be learned of it, with variances where kappa jumps."""
     movement = calm(len(load), 4, np.full(3, 1e-6))
     rate = movement.rate.copy()
-    rate[1:, 2] += movement.shape[2] * np.diff(kappa) ** 2 / 0.1**2
+    rate[1:, 2] += movement.shape * np.diff(kappa) ** 2 / 0.1**2
     mean = np.zeros((len(load), 4, 3))
     mean[:, :, 0], mean[:, :, 2] = load[:, None], kappa[:, None]
     reading = np.zeros((len(load), 3))
-    field = Field("press", "B", "", 0.0, 0.01, reading, reading)
+    field = Field("press", "B", {}, 0.0, 0.01, reading, reading, rig_setup("B"))
     movement, none = movement._replace(rate=rate), np.zeros(reading.shape, dtype=bool)
     return field, Learned(movement, reading, reading, 0.0, mean, np.zeros(3), none)
 
@@ -289,7 +291,7 @@ def test_a_test_that_is_done_comes_back_as_it_was(tmp_path):
     line = Line("B", "peak load", "N", 1.0, 0.5, 1.5, 0.1 / 3.0, (0.1, None, 0.2, None, 0.3))
     done = Finished(
         name="press",
-        cylinders=("A", "B"),
+        places=("A", "B"),
         budget=(line,),
         falls=(Fall("A", 1.0 / 3.0, 5e3, 1e3),),
         turns=(Turn("B", 2.0, 0.12, 0.0),),
@@ -481,28 +483,27 @@ def test_the_steps_are_held_against_diffrax_and_another_load_is_seen(tmp_path):
     ((field,),), (law,) = asked.tests, asked.laws
     exact = {"k_oil": np.median(law.values["k_oil"], keepdims=True)}  # one number for all draws
     law = dataclasses.replace(law, values=dict(law.values) | exact)
-    sigma, steps = sheet(asked.spec, law, field.cylinder)
+    sigma, steps = sheet(asked.spec, law, field.setup)
     movement = calm(field.samples, 4, np.array([0.3, 0.3, 0.01]))
     plain = quantised.plain(field.reading, sigma, steps)
     evidence = Evidence(field.reading, plain, movement.variances)
     mean, none = np.zeros((field.samples, 4, 3)), np.zeros(field.known.shape, dtype=bool)
     learned = Learned(movement, field.reading, plain, 0.0, mean, sigma, none)
     way = Way(paths.Test((field,), (learned,), np.arange(8), (evidence,)), law)
-    sheets = [asked.spec.sensors[q] for q in QUANTITIES]
-    (found,) = against_reference([way], sheets)
+    (found,) = against_reference([way], asked.spec.sensors)
     assert (found.points, found.ended, found.ok) == (8, 8, True)
     assert 0.0 < found.worst.bars < 0.5
     assert "log-posterior" not in found.says
     real = reference_check.inferred
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(reference_check, "inferred", lambda *given: more_load(real(*given)))
-        (broken,) = against_reference([way], sheets)
+        (broken,) = against_reference([way], asked.spec.sensors)
     assert not broken.ok
     assert broken.worst.bars > 2.0
 
 
 def more_load(told):
-    return told._replace(load=1.01 * told.load)
+    return told._replace(straight=1.01 * told.straight)
 
 
 # The stretch over which scales are compared
@@ -518,9 +519,11 @@ def test_scales_are_compared_where_the_load_moves_most(monkeypatch):
     load = np.zeros(blocks * BLOCK + 100)
     load[first * BLOCK : (first + 16) * BLOCK] = 295.0 * rng.integers(0, 9, 16 * BLOCK)
     reading = np.stack([load, 0 * load, 0 * load], axis=1)
-    field = Field("press", "B", "", 2.0, 0.01, reading, np.ones_like(reading))
+    field = Field("press", "B", {}, 2.0, 0.01, reading, np.ones_like(reading), rig_setup("B"))
     nothing = jnp.zeros((3, 1))
-    centre = DrawBatch(build_rig(effects(), NOMINAL), Calibration(nothing, nothing))
+    centre = DrawBatch(
+        RigPlant(build_rig(effects(), NOMINAL), field.setup.inputs), Calibration(nothing, nothing)
+    )
     sheet = Sheet(np.ones(3), np.ones(3))
     part, state = learning._liveliest(field, centre, sheet)
     assert part.samples == 16 * BLOCK

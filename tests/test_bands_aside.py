@@ -12,7 +12,7 @@ from rigid.generator.friction import Friction
 from rigid.generator.sensors import Sensor
 from rigid.smoothing import learning
 from rigid.smoothing.aside import Expected, contradicted, doubtful, listed
-from rigid.smoothing.field import Field
+from rigid.smoothing.field import Field, rig_setup
 from rigid.smoothing.laws import RigModel, draws
 from rigid.smoothing.learning import Sheet, learn
 
@@ -38,7 +38,7 @@ def pressed():
     drop = Drop(DROP + 0.003, DROP + 0.007, 0.4)
     test = contact_loss(rig, friction, SENSORS, np.random.default_rng(31), drop)
     reading = np.column_stack([test.readings[q] for q in SENSORS])
-    field = Field("press", "A", "", 0.0, 0.01, reading, np.ones_like(reading))
+    field = Field("press", "A", {}, 0.0, 0.01, reading, np.ones_like(reading), rig_setup("A"))
     steps = 0.0025 * np.arange(4 * (field.samples - 1))
     return field, np.interp(steps, test.time, test.load)
 
@@ -99,7 +99,7 @@ def test_a_fall_of_the_load_is_a_fact_for_a_wrong_rig_as_well(pressed, wrong):
 def ramp(samples: int = 60) -> Field:
     """Readings that rise by an sd a sample."""
     reading = np.arange(samples)[:, None] * SD
-    return Field("press", "A", "", 0.5, 0.01, reading, np.ones_like(reading))
+    return Field("press", "A", {}, 0.5, 0.01, reading, np.ones_like(reading), rig_setup("A"))
 
 
 def test_what_several_sensors_or_samples_tell_is_not_doubted():

@@ -56,7 +56,7 @@ class RecordKind:
       for each opening), "release" swings out of a preload (and brings it and the instant),
       "motion" asks which force a measured motion takes, of one body alone; "machine" marches a
       machine of the spec's own.
-    - `contact`: what the plate presses on.
+    - `contact`: what the plate presses on; "ice" is whatever has a load that nobody knows.
 
     In what is checked and told:
 

@@ -141,7 +141,7 @@ def machine_group(
     runs = tuple(dict.fromkeys(t.name for t in tracks))
     joints = [place.name for place in layout.places]
     for run in runs:
-        _require_one_clock([t for t in tracks if t.name == run])
+        require_one_clock([t for t in tracks if t.name == run])
     size, steps = max(t.size for t in tracks), layout.steps
     levels = 1 + max((max(t.open_levels, default=0) for t in tracks), default=0)
     shape = (size - 1, steps, levels, len(runs), len(joints))
@@ -174,7 +174,7 @@ def machine_group(
     return MachineGroup(tuple(tracks), effects, tolerance, layout, drives)
 
 
-def _require_one_clock(tracks: Sequence[Track]) -> None:
+def require_one_clock(tracks: Sequence[Track]) -> None:
     """Refuse joints of a run that are read at other instants than the first of them."""
     one = tracks[0]
     for other in tracks[1:]:

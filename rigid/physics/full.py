@@ -58,31 +58,45 @@ def integrate(
     return jnp.where(path.ended, path.states, jnp.nan)
 
 
-def driven(
-    rig: Rig, start: Array, force: Array, flow: Array, length: float, tolerance: float = TOLERANCE
-) -> Array:
-    """States (steps + 1, n) of a rig on whose plate a known force acts.
+class Given(NamedTuple):
+    """What drives a solve, in steps of `length` [s].
 
-    - `rig`: scalar parameters. - `start` (n,). - `force` (steps + 1,) [N]: on the plate, at the
-      ends of steps of `length` [s], a straight line within each. - `flow` (steps,): kappa in each.
+    - `straight` (steps + 1, ...): at the ends of steps, straight lines within each. - `level`
+      (steps, ...): the same throughout each.
+    """
+
+    straight: Array
+    level: Array
+    length: float
+
+
+def driven(
+    rates: Callable[[Array, Array, Array], Array],
+    scales: Sequence[float],
+    start: Array,
+    given: Given,
+    tolerance: float = TOLERANCE,
+) -> Array:
+    """States (steps + 1, n) under what is given.
+
+    - `rates`: (n,) of a state, of straight inputs and of levels. - `scales` (n,), `start` (n,).
 
     What comes after a step that did not come to its end is nan.
     """
+    length = given.length
     ends, times = (jnp.zeros(()), jnp.asarray(length)), jnp.asarray([length])
 
-    def step(state: Array, given: tuple[Array, Array, Array]) -> tuple[Array, Array]:
-        first, last, fraction = given
+    def step(state: Array, within: tuple[Array, Array, Array]) -> tuple[Array, Array]:
+        first, last, level = within
 
-        def now(time: Array | float) -> Surroundings:
-            return Surroundings(
-                force=first + (last - first) / length * time, flow_fraction=fraction, time=time
-            )
+        def moved(time: Array, flat: Array) -> Array:
+            return rates(flat, first + (last - first) / length * time, level)
 
-        path = _solved(rig, now, state, ends, times, tolerance, np.inf)
+        path = solved(moved, scales, state, (ends, times), tolerance, np.inf)
         after = jnp.where(path.ended, path.states[-1], jnp.nan)
         return after, after
 
-    _, states = jax.lax.scan(step, start, (force[:-1], force[1:], flow))
+    _, states = jax.lax.scan(step, start, (given.straight[:-1], given.straight[1:], given.level))
     return jnp.concatenate([start[None], states])
 
 

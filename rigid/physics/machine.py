@@ -33,12 +33,14 @@ class Drive(NamedTuple):
     """What is done to a machine at an instant, from outside.
 
     - `flow` (joints, ...) [-]: what each valve passes. - `force` (joints, ...) [N]: on the body
-      ahead of each joint. - `time` [s]: since the run began.
+      ahead of each joint. - `time` [s]: since the run began. - `apart` (joints, ...) [N]: pushes
+      the ends of each joint apart; None: nothing does.
     """
 
     flow: Array
     force: Array
     time: Array | float
+    apart: Array | None = None
 
 
 class Joint(eqx.Module):
@@ -184,6 +186,7 @@ class Machine(eqx.Module):
         actions = [e(state, own) for e, own in zip(joint.effects, parted, strict=True)]
         held = sum((a.load_cell for a in actions), start=0.0)
         apart = state.area * pressure + sum((a.between for a in actions), start=0.0)
+        apart = apart if drive.apart is None else apart + drive.apart[number]
         inflow = drive.flow[number] * sum((a.inflow for a in actions), start=0.0)
         seen = [Seen(state, own, held if joint.has_load_cell else apart, inflow) for own in parted]
         told = list(zip(joint.effects, actions, seen, strict=True))

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from rigid.io.errors import InputError, listed, quoted
-from rigid.kinds import KINDS
+from rigid.kinds import KINDS, kinds_with
 from rigid.records import checks
 from rigid.records.converter import without_ends
 from rigid.records.defects import Defect, at_lines, causes, settle
@@ -21,7 +21,6 @@ from rigid.records.units import TIMESTAMP, to_si
 from rigid.spec import ChannelSpec, RecordSpec, Spec
 
 TIME = "time"
-FIELD = "field"
 UNEVEN = "samples are not evenly spaced; they are interpolated onto a grid of {:.4g} s"
 INVALIDATES = ("nan", "saturated")  # accepted, these make samples invalid
 
@@ -60,7 +59,7 @@ def read_records(spec: Spec, kinds: Collection[str] | None = None) -> tuple[Reco
     found, problems = [], []
     for record in spec.records:
         wanted = record.fit if kinds is None else record.kind in kinds
-        if wanted or (kinds is None and record.kind == FIELD):
+        if wanted or (kinds is None and record.kind in kinds_with("ice")):
             try:
                 read = read_record(record, spec.sensors, files)
             except InputError as error:

@@ -14,7 +14,6 @@ import numpy as np
 
 from rigid.likelihood.set_aside import SPIKE, Aside, Readings, off_neighbours
 from rigid.smoothing.field import Field
-from rigid.smoothing.model import QUANTITIES
 
 AS_FAR = 2.0
 """Times that a reading stands further off than both next to it. Beside a single spike in a stroke
@@ -22,39 +21,41 @@ that moves others are off as well, by what it moves in two samples."""
 
 
 class Expected(NamedTuple):
-    """Noiseless readings of a smoothed record and their variance, (samples, 3) [SI]."""
+    """Noiseless readings of a smoothed record and their variance, (samples, channels) [SI]."""
 
     read: np.ndarray
     variance: np.ndarray
 
 
 def doubtful(field: Field, sd: np.ndarray) -> np.ndarray:
-    """Which readings stand off their neighbours alone, (samples, 3).
+    """Which readings stand off their neighbours alone, (samples, channels).
 
-    - `sd` (3,): of noise and rounding [SI].
+    - `sd` (channels,): of noise and rounding [SI].
     """
-    channel = np.repeat(np.arange(len(QUANTITIES)), field.samples)
+    count = len(field.setup.channels)
+    channel = np.repeat(np.arange(count), field.samples)
     data, read = field.reading.T.ravel(), field.known.T.ravel() > 0
     laid = Readings(data, read, sd[channel], np.zeros_like(data), channel, channel)
-    off = (off_neighbours(laid, data) / laid.sd).reshape(len(QUANTITIES), -1).T
+    off = (off_neighbours(laid, data) / laid.sd).reshape(count, -1).T
     beside = np.pad(off, ((1, 1), (0, 0)))
     alone = off > AS_FAR * np.maximum(beside[:-2], beside[2:])
     far = off > SPIKE
+    far[:, list(field.setup.recorded)] = False  # what was done is taken as it was recorded
     return far & alone & (far.sum(axis=1, keepdims=True) == 1)
 
 
 def contradicted(field: Field, expected: Expected, sd: np.ndarray) -> np.ndarray:
-    """Which readings are not what the others say, (samples, 3); `sd` as of `doubtful`."""
+    """Which readings are not what the others say, (samples, channels); `sd` as of `doubtful`."""
     # Of a reading told to a part in a million the variance is a difference that rounding leaves.
     variance = np.maximum(expected.variance, 0.0) + sd**2
     return np.abs(field.reading - expected.read) > SPIKE * np.sqrt(variance)
 
 
 def listed(field: Field, aside: np.ndarray) -> tuple[Aside, ...]:
-    """What was set aside of a record, by channel; `aside` (samples, 3)."""
+    """What was set aside of a record, by channel; `aside` (samples, channels)."""
     time = field.first + field.interval * np.arange(field.samples)
     return tuple(
-        Aside(field.name, field.cylinder, quantity, tuple(time[mask].tolist()))
-        for quantity, mask in zip(QUANTITIES, aside.T, strict=True)
+        Aside(field.name, one.place, one.quantity, tuple(time[mask].tolist()))
+        for one, mask in zip(field.setup.channels, aside.T, strict=True)
         if mask.any()
     )

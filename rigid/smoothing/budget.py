@@ -153,14 +153,11 @@ class Bodies:
 
 def bodies(names: Mapping[str, Path]) -> tuple[Bodies, ...]:
     """List cylinders and the total among the quantities."""
-    out = [
-        Bodies(n.removeprefix("load_"), n, n.replace("load", "displacement"))
-        for n in names
-        if n.startswith("load_") and n != "load_total"
-    ]
-    if "load_total" in names:
-        out.append(Bodies("total", "load_total", "displacement_mean"))
-    return tuple(out)
+    together = Bodies("total", "load_total", "displacement_mean")
+    whole = (together,) if together.displacement in names else ()
+    places = (n.removeprefix("load_") for n in names if n.startswith("load_"))
+    apart = (Bodies(place, f"load_{place}", f"displacement_{place}") for place in places)
+    return (*(one for one in apart if one.displacement in names), *whole)
 
 
 def lines(

@@ -1,4 +1,4 @@
-"""A field record as the smoother meets it: one cylinder's readings, blocks, a rough path."""
+"""A test whose load is sought as the smoother meets it: readings, blocks, a rough path."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -6,45 +6,88 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from rigid.io.errors import InputError
-from rigid.kinds import kinds_with
-from rigid.likelihood.tracks import make_track
-from rigid.records.read import read_records
-from rigid.records.record import Record
-from rigid.smoothing.model import QUANTITIES, Reference
-from rigid.spec import Spec
+from rigid.smoothing.inputs import Inputs
+from rigid.smoothing.plant import Rough
 
 BLOCK = 512
 """Samples in one compiled stretch."""
 
 NODE = 16
-"""Samples between two nodes: in 0.16 s the oil column changes by 1 % at most."""
+"""Samples between two nodes of the rig: in 0.16 s the oil column changes by 1 % at most."""
 
 ROUGH_SPAN = 8.0
-"""Samples over which the rough path is smoothed."""
+"""Samples over which the rough path of the rig is smoothed."""
 
-AT_REST = 1
-"""Samples at the start that must read a rig at rest; the valve may be open from then on."""
+STEPPED = 3.0
+"""Times the median change from sample to sample beyond which a reading has moved."""
 
-MOST_OFF = 6.0
-"""Standard deviations of noise and zero beyond which the start is not at rest."""
+
+@dataclasses.dataclass(frozen=True)
+class Channel:
+    """What one series of readings is: its quantity, and the cylinder or joint it is read at."""
+
+    quantity: str
+    place: str
+
+    @property
+    def label(self) -> str:
+        """As in the names of its gain, zero and noise."""
+        return f"{self.quantity},{self.place}"
+
+
+@dataclasses.dataclass(frozen=True)
+class Setup:
+    """What is read in a test, what drives it, and how readings tell its rough path.
+
+    - `channels`; `inputs`. - `moved` (channels, coordinates): by how much each reading changes with
+      each coordinate. - `oil`: of each column of oil, the channel of its pressure; None where none
+      reads it. - `recorded`: of each recorded input, its channel. - `lively`: channels that tell
+      where the load moves. - `node`: samples between two nodes; `span`: over which the path is
+      smoothed.
+    """
+
+    channels: tuple[Channel, ...]
+    inputs: Inputs
+    moved: tuple[tuple[float, ...], ...]
+    oil: tuple[int | None, ...]
+    recorded: tuple[int, ...] = ()
+    lively: tuple[int, ...] = (0,)
+    node: int = NODE
+    span: float = ROUGH_SPAN
+
+    @property
+    def read(self) -> tuple[int, ...]:
+        """Channels that are explained, not given."""
+        return tuple(i for i in range(len(self.channels)) if i not in self.recorded)
+
+
+QUANTITIES = ("load", "stroke", "pressure")
+"""What is read of a cylinder of the rig, in this order."""
+
+
+def rig_setup(cylinder: str) -> Setup:
+    """Return what is read of a cylinder of the rig: the plunger moves, and there is one oil."""
+    channels = tuple(Channel(quantity, cylinder) for quantity in QUANTITIES)
+    return Setup(channels, Inputs((cylinder,), (cylinder,)), ((0.0,), (1.0,), (0.0,)), (2,))
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Field:
-    """One cylinder in one field record.
+    """One cylinder in one field record, or one test of a machine.
 
-    - `name`, `cylinder`, `kind`; `sha256` of its file. - `first`, `interval` [s].
-    - `reading` (samples, 3) SI, `known` (samples, 3): 1 or 0, load, stroke and pressure.
+    - `name`, `kind`; `place`: the cylinder, "" where it is a whole machine. - `files`: sha256 of
+      each, by what was read in it. - `first`, `interval` [s].
+    - `reading` (samples, channels) SI, `known` (samples, channels): 1 or 0. - `setup`.
     """
 
     name: str
-    cylinder: str
-    sha256: str
+    place: str
+    files: Mapping[str, str]
     first: float
     interval: float
     reading: np.ndarray
     known: np.ndarray
+    setup: Setup
     kind: str = "field"
 
     @property
@@ -60,10 +103,10 @@ class Field:
     @property
     def label(self) -> str:
         """Name and cylinder, as in results."""
-        return f"{self.name},{self.cylinder}"
+        return f"{self.name},{self.place}" if self.place else self.name
 
     def without(self, aside: np.ndarray) -> "Field":
-        """Return the record in which some readings (samples, 3) are not known."""
+        """Return the record in which some readings (samples, channels) are not known."""
         return dataclasses.replace(self, known=np.where(aside, 0.0, self.known))
 
     def cut(self, first: int, last: int) -> "Field":
@@ -76,105 +119,43 @@ class Field:
         )
 
 
-def make_field(record: Record, spread: Mapping[str, float]) -> Field:
-    """Lay a field record on its grid.
-
-    - `spread`: of each quantity, the sd of noise and zero together [SI].
-
-    Raises InputError where a channel is missing, samples are not evenly spaced, or the record does
-    not begin out of load.
-    """
-    missing = [q for q in QUANTITIES if q not in record.channels]
-    if missing:
-        raise InputError(
-            f"{record.path}: field record '{record.name}', cylinder {record.cylinder}, has no "
-            f"channel {' and no '.join(missing)}; bands need load, stroke and pressure"
-        )
-    track, series = make_track(record)
-    reading = np.stack([series.data[q] for q in QUANTITIES], axis=1)
-    known = np.stack([series.weight[q] for q in QUANTITIES], axis=1)
-    for i, quantity in enumerate(QUANTITIES):
-        begin = reading[:AT_REST, i][known[:AT_REST, i] > 0]
-        if begin.size and abs(np.median(begin)) > MOST_OFF * spread[quantity]:
-            raise InputError(
-                f"{record.path}: field record '{record.name}', cylinder {record.cylinder}, begins "
-                f"with a {quantity} of {np.median(begin):.4g} (SI); it must begin at rest and out "
-                "of load, cut with `rows` where it does"
-            )
-    return Field(
-        name=record.name,
-        cylinder=record.cylinder,
-        sha256=record.sha256,
-        first=float(track.first),
-        interval=record.interval,
-        reading=reading,
-        known=known,
-        kind=record.kind,
-    )
-
-
-def reference(field: Field) -> Reference:
+def rough(field: Field) -> Rough:
     """Return the rough path of a record at its nodes, one more than whole blocks hold."""
-    index = np.arange(field.samples)
-    smooth = []
-    for i in (1, 2):
-        read = field.known[:, i] > 0
-        values = np.interp(index, index[read], field.reading[read, i])
-        smooth.append(gaussian_filter1d(values, ROUGH_SPAN, mode="nearest"))
-    speed = np.gradient(smooth[0], field.interval)
-    nodes = np.arange(field.blocks * BLOCK // NODE + 1) * NODE
-    at = [np.interp(nodes, index, path) for path in (smooth[0], speed, smooth[1])]
-    return Reference(*at)
+    setup, index = field.setup, np.arange(field.samples)
+    read = np.stack([_filled(*pair, index) for pair in zip(field.reading.T, field.known.T, strict=True)])
+    smooth = gaussian_filter1d(read, setup.span, axis=1, mode="nearest")
+    place = smooth.T @ np.linalg.pinv(np.array(setup.moved)).T
+    speed = np.gradient(place, field.interval, axis=0)
+    still = np.zeros(field.samples)
+    pressure = [still if i is None else smooth[i] for i in setup.oil]
+    nodes = np.arange(field.blocks * BLOCK // setup.node + 1) * setup.node
+
+    def at_nodes(columns: list[np.ndarray]) -> np.ndarray:
+        at = [np.interp(nodes, index, column) for column in columns]
+        return np.array(at).reshape(len(columns), len(nodes)).T
+
+    moved = at_nodes([*place.T]), at_nodes([*speed.T])
+    return Rough(*moved, at_nodes(pressure), at_nodes([read[i] for i in setup.recorded]))
+
+
+def _filled(reading: np.ndarray, known: np.ndarray, index: np.ndarray) -> np.ndarray:
+    """Readings with straight lines over what was not read; zeros where nothing was."""
+    read = known > 0
+    return np.interp(index, index[read], reading[read]) if read.any() else np.zeros(len(index))
 
 
 def liveliest(field: Field, blocks: int) -> slice:
     """Samples of the `blocks` blocks in which the load's readings change most often."""
     if field.blocks <= blocks:
         return slice(0, field.samples)
-    changed = np.diff(field.reading[:, 0], prepend=0.0) != 0.0
-    count = np.add.reduceat(changed.astype(int), np.arange(0, field.samples, BLOCK))
+    lively = field.reading[:, list(field.setup.lively)]
+    change = np.abs(np.diff(lively, axis=0, prepend=lively[:1]))
+    moved = (change > STEPPED * np.median(change, axis=0)).sum(axis=1)
+    count = np.add.reduceat(moved, np.arange(0, field.samples, BLOCK))
     first = int(np.argmax(np.convolve(count, np.ones(blocks, dtype=int), "valid"))) * BLOCK
     return slice(first, min(first + blocks * BLOCK, field.samples))
 
 
-def node_places() -> np.ndarray:
+def node_places(node: int) -> np.ndarray:
     """Place of every sample of a block on the way from the node before it to the next."""
-    return (np.arange(BLOCK) % NODE) / NODE
-
-
-def read_fields(spec: Spec) -> tuple[tuple[Field, ...], ...]:
-    """Read a spec's field records: for each run its cylinders, in the order of the spec.
-
-    Raises InputError with the problems of all records, or where there are none, or where the
-    cylinders of a run do not share their sample times.
-    """
-    spread = {
-        q: float(np.hypot(spec.sensors[q].noise + spec.sensors[q].step, spec.sensors[q].zero_sd))
-        for q in QUANTITIES
-    }
-    runs: dict[str, list[Field]] = {}
-    problems = []
-    for record in read_records(spec, kinds=kinds_with("ice")):
-        try:
-            runs.setdefault(record.name, []).append(make_field(record, spread))
-        except InputError as error:
-            problems.append(str(error))
-    if problems:
-        raise InputError("\n".join(problems))
-    if not runs:
-        raise InputError(f"{spec.path}: has no record of kind 'field'; bands need one at least")
-    for name, fields in runs.items():
-        if len(fields) > 2:
-            raise InputError(
-                f"{spec.path}: field record '{name}' has {len(fields)} cylinders; at most two"
-            )
-        first = fields[0]
-        for other in fields[1:]:
-            same = first.samples == other.samples and np.isclose(first.interval, other.interval)
-            if not (same and abs(first.first - other.first) < 0.5 * first.interval):
-                raise InputError(
-                    f"{spec.path}: cylinders {first.cylinder} and {other.cylinder} of field record "
-                    f"'{name}' do not share their sample times; cut them with `rows`, or give them "
-                    "names of their own"
-                )
-    return tuple(tuple(fields) for fields in runs.values())
+    return (np.arange(BLOCK) % node) / node

@@ -14,7 +14,8 @@ from rigid.smoothing.events import Fall, Turn
 class Finished:
     """A field test without its series.
 
-    - `name`; `cylinders`. - `budget`, `falls`, `turns`: as found.
+    - `name`; `places`: cylinders or joints at which something happened or was sought.
+    - `budget`, `falls`, `turns`: as found.
     - `gaps`: root mean square of the residuals over noise and rounding, by "load of name,cylinder".
     - `sha256`: of the files, by label. - `figures`: as drawn, a few hundred points a curve.
     - `aside`: readings that were set aside under any law. - `kind`: of the records.
@@ -22,7 +23,7 @@ class Finished:
     """
 
     name: str
-    cylinders: tuple[str, ...]
+    places: tuple[str, ...]
     budget: tuple[Line, ...]
     falls: tuple[Fall, ...]
     turns: tuple[Turn, ...]

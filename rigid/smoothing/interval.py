@@ -21,9 +21,10 @@ from rigid.smoothing.model import Nodes
 class Interval(NamedTuple):
     """An interval of `k` steps and the sensors at its beginning, at nodes or at one sample.
 
-    - `step` (n, n): E^k. - `drift` (n,): D. - `entry` (n, 3k): W, by step, then load, slope, kappa.
-    - `rows` (3k, n), `rest` (3k,), `within` (3k, 3k): R, d and T of what is shown, by step.
-    - `sense` (3, n), `offset` (3,): of the sensors, SI.
+    - `step` (n, n): E^k. - `drift` (n,): D. - `entry` (n, k inputs): W, by step, then by input.
+    - `rows` (k shown, n), `rest` (k shown,), `within` (k shown, k inputs): R, d and T of what is
+      shown, by step.
+    - `sense` (channels, n), `offset` (channels,): of the sensors, SI.
     """
 
     step: Array
@@ -39,7 +40,7 @@ class Interval(NamedTuple):
 def intervals(table: Nodes, rows: Array, steps: int) -> Interval:
     """Put the steps of an interval together at every node of one draw.
 
-    - `rows` (3, n): what is shown of a state. - `steps`: of an interval.
+    - `rows` (shown, n): what is shown of a state. - `steps`: of an interval.
     """
     return jax.vmap(lambda at: _interval(at, rows, steps))(table)
 
@@ -53,7 +54,7 @@ def _interval(at: Nodes, rows: Array, steps: int) -> Interval:
         rest.append(rows @ drift)
         entered.append(power @ at.entry)
         power, drift = at.step @ power, at.step @ drift + at.drift
-    nothing = jnp.zeros((shown, 3))
+    nothing = jnp.zeros((shown, at.entry.shape[1]))
     within = [
         jnp.concatenate([rows @ entered[j - 1 - i] if i < j else nothing for i in range(steps)], 1)
         for j in range(steps)

@@ -32,7 +32,8 @@ class Samples(NamedTuple):
 
     - `place` (samples,): on the way from the node before it to the next, 0 to 1; as many samples
       from each node on.
-    - `reading`, `variance` (samples, 3): what was read, as a Gaussian, in SI; `known`: 1 or 0.
+    - `reading`, `variance` (samples, channels): what was read, as a Gaussian, in SI; `known`: 1 or
+      0.
     - `number` (samples,): of the sample in the record; seeds its simulated noise.
     """
 
@@ -64,7 +65,7 @@ class Backward(NamedTuple):
 
 
 class Shown(NamedTuple):
-    """Smoothed load, displacement and kappa, (samples, steps, 3) each, SI.
+    """Smoothed loads, displacements and flow fractions, (samples, steps, shown) each, SI.
 
     - `mean`, `variance`. - `own`, `noise`: one draw of the error that the load's own movement and
       the sensors' noise leave.
@@ -79,8 +80,9 @@ class Shown(NamedTuple):
 class Smoothed(NamedTuple):
     """What a block is found to be.
 
-    - `moved`, `moved_variance` (samples, steps, 3): movements of load, slope and kappa, in scales.
-    - `read`, `read_variance` (samples, 3): noiseless reading of each sensor, SI.
+    - `moved`, `moved_variance` (samples, steps, inputs): movements of loads, slopes and flow
+      fractions, in scales.
+    - `read`, `read_variance` (samples, channels): noiseless reading of each sensor, SI.
     - `shown`: None where no errors were simulated, as in learning.
     """
 
@@ -94,8 +96,8 @@ class Smoothed(NamedTuple):
 class BlockRun(NamedTuple):
     """One block for a batch of draws.
 
-    - `block`: the same for all. - `moves` (draws, samples, 3): variance of the movements of load,
-      slope and kappa in each step from a sample to the next, in units of scales.
+    - `block`: the same for all. - `moves` (draws, samples, inputs): variance of the movements of
+      loads, slopes and flow fractions in each step from a sample to the next, in units of scales.
     - `table`: intervals at nodes, draws first. - `key`: random key, draws first, or None where no
       errors are simulated.
     """
@@ -110,7 +112,7 @@ BATCHED = BlockRun(None, 0, 0, 0)  # type: ignore[arg-type] - axes of a batch
 
 
 class _Drawn(NamedTuple):
-    """Standard normal numbers: `moves` (..., 3 steps), `noise` (..., 3)."""
+    """Standard normal numbers: `moves` (..., steps inputs), `noise` (..., channels)."""
 
     moves: Array
     noise: Array
@@ -127,8 +129,8 @@ class _Taken(NamedTuple):
 class _Within(NamedTuple):
     """What is shown within an interval before later samples are looked at.
 
-    - `mean` (3 steps, columns); `spread` (n, 3 steps): with the state at the interval's end;
-      `prior`, simulated `path` (3 steps,).
+    - `mean` (steps shown, columns); `spread` (n, steps shown): with the state at the interval's
+      end; `prior`, simulated `path` (steps shown,).
     """
 
     mean: Array
@@ -140,8 +142,8 @@ class _Within(NamedTuple):
 class _Step(NamedTuple):
     """What the backward run needs of one sample.
 
-    - `taken`: its readings. - `sensed`, `prior` (3,): expected readings and their variance.
-    - `spread` (n, 3): of these with the state.
+    - `taken`: its readings. - `sensed`, `prior` (channels,): expected readings and their variance.
+    - `spread` (n, channels): of these with the state.
     """
 
     taken: tuple[_Taken, ...]
@@ -155,10 +157,11 @@ def _drawn(run: BlockRun) -> _Drawn | None:
     """Random numbers of a block, those of a sample by its number in the record."""
     if run.key is None:
         return None
-    key, wide = run.key, run.table.rows.shape[-2]
+    key, wide = run.key, run.table.entry.shape[-1]
+    channels = run.table.sense.shape[-2]
 
     def one(number: Array) -> Array:
-        return jax.random.normal(jax.random.fold_in(key, number), (wide + 3,))
+        return jax.random.normal(jax.random.fold_in(key, number), (wide + channels,))
 
     drawn = jax.vmap(one)(run.block.number)
     return _Drawn(drawn[:, :wide], drawn[:, wide:])
@@ -170,7 +173,7 @@ def _read(
     """Take in the readings of a sample, one after another."""
     mean, covariance, evidence = state.mean, state.covariance, state.evidence
     taken = []
-    for i in range(3):
+    for i in range(at.sense.shape[0]):
         known = sample.known[i]
         sense = at.sense[i] * known
         variance = jnp.where(known > 0, sample.variance[i], 1.0)
@@ -197,7 +200,7 @@ def _forward(
     across = state.covariance @ at.sense.T
     prior = jnp.sum(at.sense.T * across, axis=0)
     state, taken = _read(state, at, sample, None if drawn is None else drawn.noise)
-    wide = jnp.tile(moves, at.entry.shape[1] // 3)
+    wide = jnp.tile(moves, at.entry.shape[1] // len(moves))
     forced = jnp.zeros(state.mean.shape[1]).at[0].set(1.0)
     half, entering = at.step @ state.covariance, at.entry * wide
     covariance = half @ at.step.T + entering @ at.entry.T
@@ -260,29 +263,30 @@ def _back(
     """Go back over an interval and over the sample at its beginning."""
     sample, moves, kept = given
     adjoint, information = later
-    wide = jnp.tile(moves, at.entry.shape[1] // 3)
+    wide = jnp.tile(moves, at.entry.shape[1] // len(moves))
     moved = wide * (at.entry.T @ adjoint[:, 0])
     seen = jnp.sum(at.entry * (information @ at.entry), axis=0)
-    shown = None if kept.within is None else _shown(later, kept.within)
+    steps = at.entry.shape[1] // len(moves)
+    shown = None if kept.within is None else _shown(later, kept.within, steps)
     adjoint, information = at.step.T @ adjoint, at.step.T @ information @ at.step
-    for i in reversed(range(3)):
+    for i in reversed(range(at.sense.shape[0])):
         sense, (gain, off, weight) = at.sense[i] * sample.known[i], kept.taken[i]
         across = information @ gain
         adjoint = adjoint + sense[:, None] * (off - gain @ adjoint)
         mixed = sense[:, None] * (0.5 * (weight + gain @ across) * sense - across)
         information = information + mixed + mixed.T
     return Backward(adjoint, information), Smoothed(
-        moved=moved.reshape(-1, 3),
-        moved_variance=(wide * (1.0 - wide * seen)).reshape(-1, 3),
+        moved=moved.reshape(-1, len(moves)),
+        moved_variance=(wide * (1.0 - wide * seen)).reshape(-1, len(moves)),
         read=kept.sensed + kept.spread.T @ adjoint[:, 0],
         read_variance=kept.prior - jnp.sum(kept.spread * (information @ kept.spread), axis=0),
         shown=shown,
     )
 
 
-def _shown(later: Backward, within: _Within) -> Shown:
-    """Smooth what is shown within an interval."""
+def _shown(later: Backward, within: _Within, steps: int) -> Shown:
+    """Smooth what is shown within an interval of `steps`."""
     found = within.mean + within.spread.T @ later.adjoint
     lost = jnp.sum(within.spread * (later.information @ within.spread), axis=0)
     told = (found[:, 0], within.prior - lost, within.path - found[:, 1], -found[:, 2])
-    return Shown(*(part.reshape(-1, 3) for part in told))
+    return Shown(*(part.reshape(steps, -1) for part in told))

@@ -25,10 +25,10 @@ def mark(fields: Sequence[Field], laws: Sequence[RigModel], seed: int) -> dict[s
     """Return what a test's bands depend on, by name; only a run with the same reads it."""
     told = {"seed": str(seed), "version": __version__}
     for field in fields:
-        digest = hashlib.sha256(field.sha256.encode())
+        digest = hashlib.sha256("".join(field.files.values()).encode())
         for part in (field.reading, field.known, np.array([field.first, field.interval])):
             digest.update(part.tobytes())
-        told[f"record {field.name},{field.cylinder}"] = digest.hexdigest()
+        told[f"record {field.label}"] = digest.hexdigest()
     for number, law in enumerate(laws):
         digest = hashlib.sha256(f"{law.name} {law.weight}".encode())
         for name in sorted(law.values):

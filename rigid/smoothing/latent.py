@@ -1,6 +1,6 @@
-"""How the ice load and the valve are believed to move before a record is looked at.
+"""How loads and valves are believed to move before a record is looked at.
 
-In each sampling interval the load, its slope and kappa move by Gaussian steps whose variance is
+In each sampling interval a load, its slope and a flow fraction move by Gaussian steps whose variance is
 that interval's own. The variances follow an inverse gamma law, so that a movement has a Student
 law: mostly small, now and then as large as it likes. A brittle drop or a turn of the valve then is
 one interval with a large variance, and is followed at once, while the calm before and after it is
@@ -17,13 +17,14 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import digamma, gammaln
 
-START = (10.0 / 1e3, 100.0 / 1e5, 1e-5 / 1e-1)
-"""Scales from which learning begins: 10 N, 100 N/s and 1e-5 in one sampling interval."""
+START = (0.01, 1e-3, 1e-4)
+"""Scales from which learning begins, of loads, slopes and flow fractions, in units of their sizes:
+on the rig 10 N, 100 N/s and 1e-5 in one sampling interval."""
 
-LEAST = (0.1 / 1e3, 1.0 / 1e5, 1e-7 / 1e-1)
+LEAST = (1e-4, 1e-5, 1e-6)
 """Scales so small that they stand for no movement but rare ones."""
 
-DOF = (0.12, 0.12, 0.12)
+DOF = 0.12
 """Degrees of freedom of the Student laws. In tails this heavy 47 % of all movements would be more
 than a hundred scales wide and 36 % more than a thousand: that the load falls costs next to nothing,
 however small the scale is that the calm asks for. With 1 the bands about drops were too narrow."""
@@ -34,21 +35,21 @@ class Movement(NamedTuple):
 
     Leading axes count candidates, if there are several.
 
-    - `scale` (..., 3): of the Student law in one sampling interval. - `dof` (3,).
-    - `rate` (..., samples, 3): of the gamma law of each interval's 1/variance.
-    - `seen` (..., samples, 3): square of the smoothed movement, as `rate` counts it.
+    - `scale` (..., inputs): of the Student law in one sampling interval. - `dof`.
+    - `rate` (..., samples, inputs): of the gamma law of each interval's 1/variance.
+    - `seen` (..., samples, inputs): square of the smoothed movement, as `rate` counts it.
     - `steps`: that an interval is parted into.
     """
 
     scale: np.ndarray
-    dof: np.ndarray
+    dof: float
     rate: np.ndarray
     seen: np.ndarray
     steps: int
 
     @property
-    def shape(self) -> np.ndarray:
-        """Shape of the gamma laws, (3,)."""
+    def shape(self) -> float:
+        """Shape of the gamma laws."""
         return 0.5 * (self.dof + self.steps)
 
     @property
@@ -62,7 +63,7 @@ class Movement(NamedTuple):
         return 1.0 / (self.precision * self.steps)
 
     def rescaled(self, scale: np.ndarray) -> "Movement":
-        """Return the same intervals under another law; `scale` (..., 3).
+        """Return the same intervals under another law; `scale` (..., inputs).
 
         What a movement owes to its law follows the scale, what was seen of it stays.
         """
@@ -72,15 +73,14 @@ class Movement(NamedTuple):
 
 
 def calm(samples: int, steps: int, scale: np.ndarray) -> Movement:
-    """Return a load of which no interval is known to have moved; `scale` (..., 3)."""
-    dof = np.array(DOF)
-    rate = 0.5 * (dof + steps) * scale**2
-    wide = np.broadcast_to(rate[..., None, :], (*rate.shape[:-1], samples, 3))
-    return Movement(scale, dof, wide, np.zeros_like(wide), steps)
+    """Return inputs of which no interval is known to have moved; `scale` (..., inputs)."""
+    rate = 0.5 * (DOF + steps) * scale**2
+    wide = np.broadcast_to(rate[..., None, :], (*rate.shape[:-1], samples, rate.shape[-1]))
+    return Movement(scale, DOF, wide, np.zeros_like(wide), steps)
 
 
 def updated(movement: Movement, moved: np.ndarray, variance: np.ndarray) -> Movement:
-    """Take in smoothed movements and their variances, (..., samples, steps, 3)."""
+    """Take in smoothed movements and their variances, (..., samples, steps, inputs)."""
     seen = movement.steps * np.sum(moved**2, axis=-2)
     squares = seen + movement.steps * np.sum(variance, axis=-2)
     rate = 0.5 * (movement.dof * movement.scale[..., None, :] ** 2 + squares)

@@ -2,27 +2,33 @@
 
 import dataclasses
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import jax.numpy as jnp
 import numpy as np
 import xarray as xr
+from jax import Array
 from pydantic import ValidationError
 
 from rigid.effects import AbstractEffect
 from rigid.inference.export import DIMENSIONS
 from rigid.inference.posterior import load_posterior
 from rigid.io.errors import InputError
-from rigid.kinds import KINDS
 from rigid.likelihood.assemble import chosen_effects, sheets
+from rigid.likelihood.machine import lay_out
 from rigid.likelihood.parameters import Scoped
 from rigid.physics.rig import PRESLIDING, build_rig
-from rigid.smoothing.field import Field
+from rigid.smoothing.field import QUANTITIES, Channel, Field, Setup
 from rigid.smoothing.learning import Sheet
-from rigid.smoothing.model import QUANTITIES, Calibration
+from rigid.smoothing.machine_plant import acting, numbers, passed, plants
+from rigid.smoothing.machine_records import read_at
+from rigid.smoothing.model import Calibration
+from rigid.smoothing.plant import RigPlant
 from rigid.smoothing.smoother import DrawBatch
+from rigid.smoothing.reading import SOUGHT
 from rigid.spec import Spec
+from rigid.spec.machine import MachineSpec
 from rigid.spec.values import SpecBody
 
 CORE = ("M_HC", "M_Pl", "M_Fl", "S_Pl", "L_0")
@@ -39,6 +45,7 @@ class RigModel:
     - `values`: (draws,) by flat label, sensors' gains and zeros included. - `labels`: all flat
       labels of a name, `gain[load,A]` among those of `gain`.
     - `failed`: checks that its fit failed, in a sentence; empty where it is usable.
+    - `machine`: that it is a law of; None: the rig.
     """
 
     name: str
@@ -47,6 +54,7 @@ class RigModel:
     values: Mapping[str, np.ndarray]
     labels: Mapping[str, tuple[str, ...]] = dataclasses.field(default_factory=dict)
     failed: str = ""
+    machine: MachineSpec | None = None
 
     @property
     def size(self) -> int:
@@ -131,9 +139,8 @@ def read_law(
         named[name] = named.get(name, {}) | one
         values |= one
     labels = {name: tuple(one) for name, one in named.items()}
-    return RigModel(
-        "/".join(spec.model.effects), 1.0, chosen_effects(at), values, labels, _failed(tree)
-    )
+    name, effects = "/".join(spec.model.effects), chosen_effects(at)
+    return RigModel(name, 1.0, effects, values, labels, _failed(tree), spec.machine)
 
 
 def _failed(tree: xr.DataTree) -> str:
@@ -153,6 +160,11 @@ def _require_same(spec: Spec, path: Path, tree: xr.DataTree) -> None:
             "posterior in [bands]"
         )
     body = _body(path, tree)
+    if body.machine != spec.machine:
+        raise InputError(
+            f"{path}: posterior of another machine; [machine] is not the same there as in "
+            f"{spec.path}; run `python -m rigid.fit` on this spec"
+        )
     if body.rig != spec.rig:
         there, here = body.rig.model_dump(), spec.rig.model_dump()
         other = [k for k in here if here[k] != there.get(k)]
@@ -203,25 +215,50 @@ def _unknown_sensors(
     """
     out: dict[str, dict[str, np.ndarray]] = {"gain": {}, "zero": {}, "noise": {}}
     size = max(v.size for v in known.values())
-    for record in spec.records:
-        for quantity in QUANTITIES if KINDS[record.kind].contact == "ice" else ():
-            place, sheet = f"[{quantity},{record.cylinder}]", sheets(spec)[quantity]
-            if f"gain{place}" not in known:
-                out["gain"][f"gain{place}"] = sheet.gain_sd * rng.standard_normal(size)
-                out["zero"][f"zero{place}"] = sheet.zero_sd * rng.standard_normal(size)
-            if f"noise{place}" not in known:
-                out["noise"][f"noise{place}"] = np.array([sheet.noise])
+    for one in _read_in_tests(spec):
+        place, sheet = f"[{one.label}]", sheets(spec)[one.quantity]
+        if f"gain{place}" not in known and f"gain{place}" not in out["gain"]:
+            out["gain"][f"gain{place}"] = sheet.gain_sd * rng.standard_normal(size)
+            out["zero"][f"zero{place}"] = sheet.zero_sd * rng.standard_normal(size)
+        if f"noise{place}" not in known:
+            out["noise"][f"noise{place}"] = np.array([sheet.noise])
     return out
 
 
+def _read_in_tests(spec: Spec) -> list[Channel]:
+    """What is read in the tests of a spec, test by test."""
+    here = [record for record in spec.records if record.kind in SOUGHT]
+    if spec.machine is not None:
+        return [one for record in here for one in read_at(record)]
+    return [Channel(quantity, record.cylinder) for record in here for quantity in QUANTITIES]
+
+
 def draws(law: RigModel, field: Field) -> DrawBatch:
-    """Return all draws of a law as one batch for a cylinder's record.
+    """Return all draws of a law as one batch for a record.
 
     Raises InputError where the posterior has no value of a parameter for field records.
     """
+    size, setup = law.size, field.setup
     later = {n: np.array([v]) for n, v in LATER.items()}
-    seen = Scoped(later | dict(law.values), (field.kind, field.cylinder, field.label))
-    names = [*CORE, *LATER, *(n for e in law.effects for n in e.labels())]
+    seen = Scoped(later | dict(law.values), (field.kind, field.place, field.label))
+
+    def wide(names: Iterable[str]) -> dict[str, Array]:
+        _require(law, seen, names)
+        return {n: jnp.broadcast_to(jnp.asarray(seen[n]), (size,)) for n in names}
+
+    if law.machine is None:
+        names = [*CORE, *LATER, *(n for e in law.effects for n in e.labels())]
+        plant = RigPlant(build_rig(law.effects, wide(names)), setup.inputs)
+    else:
+        layout = lay_out(law.machine)
+        effects = acting(law.effects, layout, setup)
+        values = wide([*numbers(effects, layout), *passed(law.values, setup)])
+        plant = plants(layout, effects, setup, values, size)
+    return DrawBatch(plant, Calibration(*(_sensors(law, setup, n) for n in ("gain", "zero"))))
+
+
+def _require(law: RigModel, seen: Mapping[str, np.ndarray], names: Iterable[str]) -> None:
+    """Refuse a posterior that lacks a number."""
     for name in names:
         if name not in seen:
             known = law.labels.get(name, ())
@@ -230,20 +267,30 @@ def draws(law: RigModel, field: Field) -> DrawBatch:
                 f"the posterior has no {name} for field records, {told}; fit a model in which "
                 f"{name} does not vary by kind"
             )
-    wide = {n: jnp.broadcast_to(jnp.asarray(seen[n]), (law.size,)) for n in names}
-    sensors = [
-        jnp.stack(
-            [
-                jnp.broadcast_to(jnp.asarray(seen[f"{what}[{q},{field.cylinder}]"]), (law.size,))
-                for q in QUANTITIES
-            ]
-        )
-        for what in ("gain", "zero")
+
+
+def _sensors(law: RigModel, setup: Setup, what: str) -> Array:
+    """Gain or zero of every channel (channels, draws); what was recorded has none."""
+    rows = [
+        jnp.zeros(law.size)
+        if number in setup.recorded
+        else jnp.broadcast_to(jnp.asarray(law.values[f"{what}[{one.label}]"]), (law.size,))
+        for number, one in enumerate(setup.channels)
     ]
-    return DrawBatch(build_rig(law.effects, wide), Calibration(*sensors))
+    return jnp.stack(rows)
 
 
-def sheet(spec: Spec, law: RigModel, cylinder: str) -> Sheet:
+EXACT = 1e-5
+"""Sd with which what was recorded is read, in its typical size: as good as exactly."""
+
+
+def sheet(spec: Spec, law: RigModel, setup: Setup) -> Sheet:
     """Noise as the calibration found it, and the converters' steps."""
-    noise = [float(np.median(law.values[f"noise[{q},{cylinder}]"])) for q in QUANTITIES]
-    return Sheet(np.array(noise), np.array([spec.sensors[q].step for q in QUANTITIES]))
+    sigma, step = np.zeros((2, len(setup.channels)))
+    for which, number in enumerate(setup.recorded):
+        sigma[number] = EXACT * setup.inputs.recorded[which].size
+    for number in setup.read:
+        one = setup.channels[number]
+        sigma[number] = np.median(law.values[f"noise[{one.label}]"])
+        step[number] = spec.sensors[one.quantity].step
+    return Sheet(sigma, step)

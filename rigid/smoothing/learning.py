@@ -1,4 +1,4 @@
-"""Scales of the load's movements learned from a record, at the posterior's centre."""
+"""Scales of the movements of loads and valves, learned at the posterior's centre."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -9,6 +9,7 @@ import numpy as np
 from rigid.smoothing import latent, quantised
 from rigid.smoothing.aside import Expected, contradicted, doubtful
 from rigid.smoothing.field import BLOCK, Field, liveliest
+from rigid.smoothing.inputs import Inputs, per_input
 from rigid.smoothing.kalman import Filtered
 from rigid.smoothing.latent import Movement
 from rigid.smoothing.smoother import (
@@ -32,8 +33,6 @@ LAST_PASSES = 6
 FIRST_PASSES = 3
 """More passes where the intervals begin calm."""
 
-CANDIDATES = 8
-
 SEARCHED = 16
 """Blocks, 82 s at 100 Hz, over which scales are compared: of a longer record the stretch in which
 the load's readings change most often. There, thousands of intervals tell three numbers."""
@@ -42,10 +41,10 @@ the load's readings change most often. There, thousands of intervals tell three 
 class Learned(NamedTuple):
     """What the record says before draws are told apart.
 
-    - `movement`: law and intervals. - `reading`, `variance` (samples, 3): readings as Gaussians.
-    - `bound`: of the log-evidence. - `mean` (samples, steps, 3): load, displacement, kappa.
-    - `gap` (3,): root mean square of the readings' residuals over noise and rounding.
-    - `aside` (samples, 3): readings that were set aside.
+    - `movement`: law and intervals. - `reading`, `variance` (samples, channels): readings as
+      Gaussians. - `bound`: of the log-evidence. - `mean` (samples, steps, told): as `Inputs.told`.
+    - `gap` (channels,): root mean square of the readings' residuals over noise and rounding.
+    - `aside` (samples, channels): readings that were set aside.
     """
 
     movement: Movement
@@ -65,7 +64,7 @@ class Learned(NamedTuple):
 class Pass(NamedTuple):
     """One pass over the record: next movement, bound of the last, and readings without noise.
 
-    - `read_variance` (samples, 3): of the first candidate's.
+    - `read_variance` (samples, channels): of the first candidate's.
     """
 
     movement: Movement
@@ -75,7 +74,7 @@ class Pass(NamedTuple):
 
 
 class Sheet(NamedTuple):
-    """`sigma`, `step` (3,) of the load, stroke and pressure sensors [SI]."""
+    """`sigma`, `step` (channels,) of the sensors [SI]."""
 
     sigma: np.ndarray
     step: np.ndarray
@@ -107,11 +106,12 @@ def _learned(
     """Find scales and variances of a record as it is, and what its readings then are expected."""
     part, start = _liveliest(field, centre, sheet)
     reading, variance = part.reading, quantised.plain(part.reading, *sheet)
-    scale = np.tile(np.array(latent.START), (CANDIDATES, 1))
+    inputs = field.setup.inputs
+    scale = np.tile(_begun(part), (_candidates(inputs), 1))
     movement = latent.calm(part.samples, STEPS, scale)
     best, at = movement, 0
     for number in range(ROUNDS):
-        trial = movement if number == 0 else _around(best, FACTORS[at])
+        trial = movement if number == 0 else _around(best, FACTORS[at], inputs)
         for _ in range(PASSES + FIRST_PASSES * (number == 0)):
             done = one_pass(part, centre, (reading, variance), trial, start)
             trial = done.movement
@@ -144,20 +144,49 @@ def _liveliest(field: Field, centre: DrawBatch, sheet: Sheet) -> tuple[Field, Fi
     if here.start == 0:
         return part, None
     before = field.cut(0, here.start)
-    calm = latent.calm(before.samples, STEPS, np.array(latent.START))
+    calm = latent.calm(before.samples, STEPS, _begun(before))
     plain = quantised.plain(before.reading, *sheet)
     state = last_state(before, centre, Evidence(before.reading, plain, calm.variances))
     return part, state
 
 
-def _around(best: Movement, factor: float) -> Movement:
-    """The best and its neighbours: each scale up and down by a factor, load and slope both down."""
-    wide = _repeated(best, CANDIDATES)
-    change = np.ones((CANDIDATES, 3))
-    for i in range(3):
-        change[1 + 2 * i, i], change[2 + 2 * i, i] = factor, 1.0 / factor
-    change[7, :2] = 1.0 / factor
-    return wide.rescaled(np.maximum(wide.scale * change, latent.LEAST))
+def _begun(field: Field) -> np.ndarray:
+    """Scales from which learning begins (inputs,); of what was recorded those that it shows.
+
+    Between two samples a recorded input is a straight line, as far as its slope may change.
+    """
+    setup = field.setup
+    scale = per_input(setup.inputs, *latent.START)
+    least = per_input(setup.inputs, *latent.LEAST)
+    for which, channel in enumerate(setup.recorded):
+        at = len(setup.inputs.loads) + which
+        turned = np.diff(field.reading[:, channel], 2) / field.interval
+        slope = at + setup.inputs.straight
+        scale[at] = least[at]
+        scale[slope] = np.sqrt(np.mean(turned**2)) / setup.inputs.scales[slope]
+    return np.maximum(scale, least)
+
+
+def _candidates(inputs: Inputs) -> int:
+    """How many laws are compared in a round."""
+    return 1 + 2 * sum(inputs.sought) + len(inputs.loads)
+
+
+def _around(best: Movement, factor: float, inputs: Inputs) -> Movement:
+    """The best and its neighbours: each scale up and down by a factor, load and slope both down.
+
+    Scales of what was recorded stay: its readings tell all that there is.
+    """
+    count = _candidates(inputs)
+    wide, change = _repeated(best, count), np.ones((count, inputs.count))
+    at = 1
+    for i in np.flatnonzero(inputs.sought):
+        change[at, i], change[at + 1, i] = factor, 1.0 / factor
+        at += 2
+    for load in range(len(inputs.loads)):
+        change[at, [load, inputs.straight + load]] = 1.0 / factor
+        at += 1
+    return wide.rescaled(np.maximum(wide.scale * change, per_input(inputs, *latent.LEAST)))
 
 
 def _only(movement: Movement, number: int) -> Movement:
@@ -185,8 +214,9 @@ def one_pass(
     evidence = Evidence(*read, movement.variances)
     begins = filtered(field, draws, evidence, None, start)
     ways = len(np.atleast_1d(begins[-1].evidence))
-    rate, seen, sensed = (np.zeros((ways, field.samples, 3)) for _ in range(3))
-    variance = np.zeros((field.samples, 3))
+    count, channels = field.setup.inputs.count, len(field.setup.channels)
+    rate, seen = (np.zeros((ways, field.samples, count)) for _ in range(2))
+    sensed, variance = np.zeros((ways, field.samples, channels)), np.zeros(field.reading.shape)
     for first, block, _ in smoothed(field, draws, evidence, None, begins):
         here = slice(first, min(first + BLOCK, field.samples))
         size = here.stop - first
@@ -226,8 +256,8 @@ def _final(
 
 
 def _told(field: Field, centre: DrawBatch, evidence: Evidence) -> np.ndarray:
-    """Mean of what is shown of one draw, (samples, steps, 3)."""
-    mean = np.zeros((field.blocks * BLOCK, STEPS, 3))
+    """Mean of what is told of one draw, (samples, steps, told)."""
+    mean = np.zeros((field.blocks * BLOCK, STEPS, len(field.setup.inputs.told)))
     keys = jax.random.split(jax.random.key(0), 1)
     for first, block in smooth(field, centre, evidence, keys):
         assert block.shown is not None  # there are keys

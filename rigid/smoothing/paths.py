@@ -11,7 +11,7 @@ from rigid.smoothing.field import BLOCK, Field
 from rigid.smoothing.kalman import Backward, Smoothed
 from rigid.smoothing.laws import RigModel, draws
 from rigid.smoothing.learning import Learned
-from rigid.smoothing.model import KAPPA, LATENT_SCALES, LOAD
+from rigid.smoothing.inputs import Inputs
 from rigid.smoothing.smoother import STEPS, Back, Evidence, Keeping
 
 BATCH, SMALL_BATCH = 32, 8
@@ -25,8 +25,9 @@ FINE_UP_TO = 20_000
 """Samples up to which every step between samples is told; of longer records only the steps of
 intervals in which something jumped."""
 
-JUMPED = 300.0 / LATENT_SCALES[0], 0.02 / LATENT_SCALES[2]
-"""Sd of a movement of the load [N] or of kappa within an interval that is told in full."""
+JUMPED_LOAD, JUMPED_FLOW = 0.3, 0.2
+"""Sd of a movement of a load or of a flow fraction within an interval that is told in full, in
+units of sizes: on the rig 300 N and 0.02."""
 
 UNITS = {"load": "N", "displacement": "m", "kappa": "1", "tilt": "m"}
 
@@ -77,12 +78,13 @@ class Test(NamedTuple):
 
     @property
     def middle(self) -> dict[str, np.ndarray]:
-        """Load [N] at the posterior's centre at the told times, by cylinder, and in total."""
+        """Load [N] at the posterior's centre at the told times, by place, and in total."""
         loads = {
-            field.cylinder: one.mean[..., 0].reshape(-1)[self.rows]
+            place: one.mean[..., at].reshape(-1)[self.rows]
             for field, one in zip(self.fields, self.learned, strict=True)
+            for at, place in enumerate(field.setup.inputs.loads)
         }
-        return loads | {"total": np.sum(list(loads.values()), axis=0)}
+        return {"total": np.sum(list(loads.values()), axis=0)} | loads
 
 
 def told(fields: Sequence[Field], learned: Sequence[Learned]) -> np.ndarray:
@@ -92,13 +94,21 @@ def told(fields: Sequence[Field], learned: Sequence[Learned]) -> np.ndarray:
     if samples <= FINE_UP_TO:
         return np.arange(last + 1)
     jumped = np.zeros(samples, dtype=bool)
-    for one in learned:
+    for field, one in zip(fields, learned, strict=True):
         sd = np.sqrt(one.movement.variances[:samples] * STEPS)
-        jumped |= (sd[:, LOAD] > JUMPED[0]) | (sd[:, KAPPA] > JUMPED[1])
+        jumped |= (sd > _least_jumps(field.setup.inputs)).any(axis=1)
     fine = np.zeros((samples, STEPS), dtype=bool)
     fine[:, 0] = True
     fine[jumped] = True
     return np.flatnonzero(fine.reshape(-1)[: last + 1])
+
+
+def _least_jumps(inputs: Inputs) -> np.ndarray:
+    """Sd from which a movement of each input is a jump; slopes and what was recorded have none."""
+    least = np.full(inputs.count, np.inf)
+    least[: len(inputs.loads)] = JUMPED_LOAD
+    least[inputs.flow_places] = JUMPED_FLOW
+    return least
 
 
 def batch_of(law: RigModel) -> int:
@@ -161,14 +171,13 @@ class Going:
         """
         last, self._left = self._left, STRETCH * ((self._left - 1) // STRETCH)
         out: dict[str, Path] = {}
-        names = [f.cylinder for f in self._test.fields]
-        for cylinder, back in zip(names, self._back, strict=True):
+        for field, back in zip(self._test.fields, self._back, strict=True):
             found = [self._told(back.block(n), n) for n in range(self._left, last)[::-1]]
             whole = np.concatenate(found[::-1], axis=2)
-            for i, name in enumerate(("load", "displacement", "kappa")):
-                out[f"{name}_{cylinder}"] = Path(*whole[..., i])
-        if len(names) == 2:
-            a, b = names
+            for i, name in enumerate(field.setup.inputs.told):
+                out[name] = Path(*whole[..., i])
+        if len(self._test.fields) == 2:
+            a, b = (f.place for f in self._test.fields)
             out["load_total"] = out[f"load_{a}"].plus(out[f"load_{b}"])
             both = out[f"displacement_{a}"], out[f"displacement_{b}"]
             out["displacement_mean"] = both[0].plus(both[1]).times(0.5)
@@ -176,12 +185,13 @@ class Going:
         return out
 
     def _told(self, block: Smoothed, number: int) -> np.ndarray:
-        """What is shown of a block at its told rows, (4, draws, rows, 3)."""
+        """What is shown of a block at its told rows, (4, draws, rows, told)."""
         assert block.shown is not None  # there are keys
         ends = np.array([number, number + 1]) * BLOCK * STEPS
         low, high = np.searchsorted(self._test.rows, ends)
         inside = self._test.rows[low:high] - ends[0]
-        flat = (np.asarray(part).reshape(self._wide, -1, 3) for part in block.shown)
+        wide = block.shown.mean.shape[-1]
+        flat = (np.asarray(part).reshape(self._wide, -1, wide) for part in block.shown)
         return np.stack([part[: self._count, inside] for part in flat])
 
 

@@ -16,7 +16,7 @@ REACH = 4.0
 
 
 def plain(codes: np.ndarray, sigma: np.ndarray, step: np.ndarray) -> np.ndarray:
-    """Variance of each reading, (samples, 3), as if rounding were Gaussian [SI^2]."""
+    """Variance of each reading, (samples, channels), as if rounding were Gaussian [SI^2]."""
     variance = np.square(sigma) + np.square(step) / 12.0
     return np.broadcast_to(variance, codes.shape).copy()
 
@@ -24,7 +24,7 @@ def plain(codes: np.ndarray, sigma: np.ndarray, step: np.ndarray) -> np.ndarray:
 def expanded(
     codes: np.ndarray, read: np.ndarray, sigma: np.ndarray, step: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Gaussian readings and variances (samples, 3) from codes and smoothed readings [SI].
+    """Gaussian readings and variances (samples, channels) from codes and smoothed readings [SI].
 
     Sensors whose step is below a quarter of their noise stay as they are.
     """

@@ -6,7 +6,7 @@ the sensors then read is compared with what it says they read.
 """
 
 from collections.abc import Sequence
-from functools import partial
+from dataclasses import replace
 from typing import NamedTuple
 
 import equinox as eqx
@@ -16,16 +16,15 @@ import numpy as np
 from jax import Array
 
 from rigid.inference.reference_check import SensorError, SolverCheck
-from rigid.physics.full import TOLERANCE, driven
-from rigid.physics.rig import Rig, Surroundings
-from rigid.physics.sensors import UNITS, readings
-from rigid.smoothing.field import Field, liveliest
+from rigid.physics.full import TOLERANCE, Given, driven
+from rigid.physics.sensors import UNITS
+from rigid.smoothing.field import Channel, Field, liveliest
 from rigid.smoothing.kalman import Filtered
 from rigid.smoothing.laws import RigModel, draws
-from rigid.smoothing.model import LATENT_SCALES, QUANTITIES, scales
+from rigid.smoothing.model import scales
 from rigid.smoothing.run import Way
 from rigid.smoothing.smoother import STEPS, DrawBatch, Evidence, filtered, last_state, smoothed
-from rigid.spec.sheets import SensorSpec
+from rigid.spec.sheets import SensorsSpec
 
 WINDOW = 2
 """Blocks that are solved again, 10 s at 100 Hz: those in which the load's readings change most."""
@@ -37,23 +36,21 @@ POINTS = 8
 class Inferred(NamedTuple):
     """What the smoother says of a stretch for each draw, in SI.
 
-    - `start` (draws, n): state of the rig at its first sample. - `load` (draws, steps + 1) [N];
-      `kappa` (draws, steps). - `read` (draws, samples, 3).
+    - `start` (draws, n): state of the plant at its first sample. - `straight` (draws, steps + 1,
+      inputs): loads [N] and what was recorded; `flows` (draws, steps, flows). - `read` (draws,
+      samples, channels).
     """
 
     start: Array
-    load: np.ndarray
-    kappa: np.ndarray
+    straight: np.ndarray
+    flows: np.ndarray
     read: np.ndarray
 
 
 def against_reference(
-    ways: Sequence[Way], sensors: Sequence[SensorSpec], tolerance: float = TOLERANCE
+    ways: Sequence[Way], sensors: SensorsSpec, tolerance: float = TOLERANCE
 ) -> tuple[SolverCheck, ...]:
-    """Solve the liveliest stretch of every cylinder again, under each law.
-
-    - `sensors`: sheets of load, stroke and pressure.
-    """
+    """Solve the liveliest stretch of every record again, under each law; `sensors`: their sheets."""
     return tuple(
         _checked(field, evidence, way.model, sensors, tolerance)
         for way in ways
@@ -62,16 +59,16 @@ def against_reference(
 
 
 def _checked(
-    field: Field, evidence: Evidence, law: RigModel, sensors: Sequence[SensorSpec], tolerance: float
+    field: Field, evidence: Evidence, law: RigModel, sensors: SensorsSpec, tolerance: float
 ) -> SolverCheck:
-    """The check of one cylinder's record under one law."""
+    """The check of one record under one law."""
     centre = law.centre()
     some = law.only(np.arange(min(POINTS - 1, law.size)))
     joined = {
         k: np.concatenate([v, np.broadcast_to(some.values[k], some.size)])
         for k, v in centre.values.items()
     }
-    rigs = draws(RigModel(law.name, 1.0, law.effects, joined, law.labels), field)
+    rigs = draws(replace(law, weight=1.0, values=joined), field)
     here = liveliest(field, WINDOW)
     part = field.cut(here.start, here.stop)
     given = Evidence(evidence.reading[here], evidence.variance[here], evidence.moves[here])
@@ -97,62 +94,63 @@ def inferred(part: Field, rigs: DrawBatch, given: Evidence, start: Filtered | No
     _, _, later = found[
         -1
     ]  # what all samples say: the smoothed mean is mean + covariance @ adjoint
-    samples = part.samples
+    samples, inputs = part.samples, part.setup.inputs
     steps = np.concatenate(moved[::-1], axis=1)[:, : samples - 1]
-    steps = steps.reshape(len(steps), -1, 3) * np.array(LATENT_SCALES)
+    steps = steps.reshape(len(steps), -1, inputs.count) * np.array(inputs.scales)
     state = (begins[0].mean + begins[0].covariance @ later.adjoint)[..., 0]
-    size = jax.vmap(scales, in_axes=-1)(rigs.rig)
-    first = np.asarray(state * size)[:, -3:]
-    load, slope, kappa = (_summed(first[:, i], steps[..., i]) for i in range(3))
-    rising = slope[:, :-1] * part.interval / STEPS
+    size = jax.vmap(scales, in_axes=-1)(rigs.plant)
+    own = size.shape[-1] - inputs.count
+    first = np.asarray(state * size)[:, own:]
+    driving, many = _summed(first, steps), inputs.straight
+    slopes = driving[:, :, many : 2 * many]
+    rising = slopes[:, :-1] * part.interval / STEPS
     return Inferred(
-        start=(state * size)[:, :-3],
-        load=load + _summed(np.zeros(len(load)), rising),
-        kappa=kappa[:, :-1],
+        start=(state * size)[:, :own],
+        straight=driving[:, :, :many] + _summed(np.zeros((len(steps), many)), rising),
+        flows=driving[:, :-1, 2 * many :],
         read=np.concatenate(read[::-1], axis=1)[:, :samples],
     )
 
 
 def _summed(first: np.ndarray, moves: np.ndarray) -> np.ndarray:
-    """Values before each move and after the last, (draws, moves + 1)."""
-    return np.concatenate([first[:, None], first[:, None] + np.cumsum(moves, axis=1)], axis=1)
+    """Values before each move and after the last, (draws, moves + 1, inputs)."""
+    begun = first[:, None]
+    return np.concatenate([begun, begun + np.cumsum(moves, axis=1)], axis=1)
 
 
 @eqx.filter_jit
 def _read(rigs: DrawBatch, told: Inferred, length: float, tolerance: float) -> Array:
-    """What the sensors read of the full solve, (draws, samples, 3)."""
+    """What the sensors read of the full solve, (draws, samples, channels)."""
 
-    def one(draw: DrawBatch, start: Array, load: Array, kappa: Array) -> Array:
-        states = driven(draw.rig, start, -load, kappa, length, tolerance)
-        flows = jnp.append(kappa, kappa[-1])
-        at = [each[::STEPS] for each in (states, load, flows)]
-        ideal = jax.vmap(partial(_ideal, draw.rig))(*at)
+    def one(draw: DrawBatch, start: Array, straight: Array, flows: Array) -> Array:
+        plant, given = draw.plant, Given(straight, flows, length)
+        states = driven(plant.rates, plant.scales, start, given, tolerance)
+        passed = jnp.concatenate([flows, flows[-1:]])
+        at = [each[::STEPS] for each in (states, straight, passed)]
+        ideal = jax.vmap(plant.read)(*at)
         return (1.0 + draw.sensors.gain) * ideal + draw.sensors.zero
 
-    drives = (jnp.asarray(told.load), jnp.asarray(told.kappa))
+    drives = (jnp.asarray(told.straight), jnp.asarray(told.flows))
     return jax.vmap(one, in_axes=(-1, 0, 0, 0))(rigs, told.start, *drives)
-
-
-def _ideal(rig: Rig, flat: Array, load: Array, kappa: Array) -> Array:
-    """Readings (3,) without gain and zero."""
-    read = readings(rig, flat, Surroundings(force=-load, flow_fraction=kappa))[:3]
-    return jnp.stack([jnp.broadcast_to(r, ()) for r in read])
 
 
 def _compared(
     part: Field,
     fast: np.ndarray,
     full: np.ndarray,
-    sheets: Sequence[SensorSpec],
+    sheets: SensorsSpec,
     tolerance: float,
 ) -> SolverCheck:
-    """Compare readings by the smoother's steps with those of the full solve (draws, samples, 3)."""
+    """Compare readings by the smoother's steps with those of the full solve.
+
+    - `fast`, `full` (draws, samples, channels).
+    """
     ended = np.array([np.isfinite(one).all() for one in full])
-    label = part.label
     error = np.abs(full - fast)[ended].max(axis=(0, 1), initial=0.0)
+    read = [(part.setup.channels[number], error[number]) for number in part.setup.read]
     sensors = tuple(
-        SensorError(q, UNITS[q], float(e), s.step or s.noise, "step" if s.step else "noise", label)
-        for q, e, s in zip(QUANTITIES, error, sheets, strict=True)
+        SensorError(q, UNITS[q], float(e), s.step or s.noise, "step" if s.step else "noise", where)
+        for q, e, s, where in ((c.quantity, e, sheets[c.quantity], _where(part, c)) for c, e in read)
     )
     return SolverCheck(
         tolerance=tolerance,
@@ -160,3 +158,8 @@ def _compared(
         ended=int(ended.sum()),
         sensors=sensors if ended.any() else (),
     )
+
+
+def _where(part: Field, channel: Channel) -> str:
+    """Record and place of a channel."""
+    return f"{part.name},{channel.place}"

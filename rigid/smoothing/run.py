@@ -71,7 +71,7 @@ def learned(
     out = []
     for field in fields:
         centre = draws(law.centre(), field)
-        out.append(learn(field, centre, sheet(spec, law, field.cylinder), report))
+        out.append(learn(field, centre, sheet(spec, law, field.setup), report))
     return tuple(out)
 
 

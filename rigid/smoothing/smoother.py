@@ -11,12 +11,12 @@ import numpy as np
 from jax import Array
 
 from rigid.io.cache import NOTHING_KEPT, Shelf
-from rigid.physics.rig import Rig
 from rigid.smoothing import kalman
-from rigid.smoothing.field import BLOCK, NODE, Field, node_places, reference
+from rigid.smoothing.field import BLOCK, Field, node_places, rough
 from rigid.smoothing.interval import Interval, intervals
 from rigid.smoothing.kalman import Backward, BlockRun, Filtered, Samples, Smoothed
-from rigid.smoothing.model import LATENT_SCALES, Calibration, Reference, nodes, scales, shown
+from rigid.smoothing.model import Calibration, nodes, scales, shown
+from rigid.smoothing.plant import AbstractPlant, Rough
 from rigid.smoothing.states import States
 
 STEPS = 4
@@ -25,22 +25,20 @@ STEPS = 4
 REST = 1e-3
 """Sd of the state at the first sample, in units of scales: the record begins at rest."""
 
-FIRST_LOAD, FIRST_SLOPE, FIRST_KAPPA = 1.0, 1e3, 0.3
-"""Sd of ice load [N], slope [N/s] and kappa [-] at the first sample."""
-
 
 class DrawBatch(NamedTuple):
-    """A batch of draws on the last axis: `rig` parameters (..., draws), `sensors` (3, draws)."""
+    """A batch of draws on the last axis: `plant` (..., draws), `sensors` (channels, draws)."""
 
-    rig: Rig
+    plant: AbstractPlant
     sensors: Calibration
 
 
 class Evidence(NamedTuple):
     """Readings as Gaussians, which all draws share, and how the load may move.
 
-    - `reading`, `variance` (samples, 3) SI. - `moves` (samples, 3), or (ways, samples, 3): variance
-      a step, in units of scales, the same for all draws or several ways for one draw.
+    - `reading`, `variance` (samples, channels) SI. - `moves` (samples, inputs), or (ways, samples,
+      inputs): variance a step, in units of scales, the same for all draws or several ways for one
+      draw.
     """
 
     reading: np.ndarray
@@ -59,11 +57,11 @@ NOWHERE = Keeping(NOTHING_KEPT, lambda _: None)
 
 
 @eqx.filter_jit
-def _tables(draws: DrawBatch, path: Reference, length: float) -> Interval:
+def _tables(draws: DrawBatch, path: Rough, length: float) -> Interval:
     """Nodes of a block for a batch of draws."""
 
     def one(draw: DrawBatch) -> Interval:
-        return intervals(nodes(draw.rig, path, draw.sensors, length), shown(draw.rig), STEPS)
+        return intervals(nodes(draw.plant, path, draw.sensors, length), shown(draw.plant), STEPS)
 
     return jax.vmap(one, in_axes=-1)(draws)
 
@@ -73,10 +71,9 @@ def _start(draws: DrawBatch, keys: Array | None, ways: int) -> Filtered:
     """What is known before the first sample; `keys` as in `filtered`, `ways` of one draw."""
 
     def one(draw: DrawBatch, key: Array | None) -> Filtered:
-        size = scales(draw.rig)
-        n = size.shape[0]
-        first = jnp.array([FIRST_LOAD, FIRST_SLOPE, FIRST_KAPPA]) / jnp.array(LATENT_SCALES)
-        sd, path = jnp.full(n, REST).at[n - 3 :].set(first), jnp.zeros(n)
+        n, inputs = scales(draw.plant).shape[0], draw.plant.inputs
+        first = jnp.asarray(inputs.first)
+        sd, path = jnp.full(n, REST).at[n - inputs.count :].set(first), jnp.zeros(n)
         if key is not None:
             path = sd * jax.random.normal(jax.random.fold_in(key, 2**31 - 1), (n,))
         columns = 1 if key is None else kalman.COLUMNS
@@ -149,7 +146,7 @@ class Back:
             keeping.report(1)
         nothing = Backward(jnp.zeros_like(state.mean), jnp.zeros_like(state.covariance))
         self.later = nothing if later is None else Backward(*map(jnp.asarray, later))
-        self._path = reference(field)
+        self._path = rough(field)
 
     def block(self, number: int) -> Smoothed:
         """Smooth block `number`, each once, from the last to the first: (draws, samples, ...)."""
@@ -181,7 +178,7 @@ def smoothed(
     Yields what the samples from each block on say as well.
     """
     later = Backward(jnp.zeros_like(begins[0].mean), jnp.zeros_like(begins[0].covariance))
-    path = reference(field)
+    path = rough(field)
     for number in range(field.blocks)[::-1]:
         run = _run(field, draws, evidence, keys, path, number)
         later, found = kalman.backward(later, begins[number], run)
@@ -192,7 +189,7 @@ def _runs(
     field: Field, draws: DrawBatch, evidence: Evidence, keys: Array | None
 ) -> Iterator[BlockRun]:
     """Everything of each block for a batch of draws, from the first to the last."""
-    path = reference(field)
+    path = rough(field)
     for number in range(field.blocks):
         yield _run(field, draws, evidence, keys, path, number)
 
@@ -202,14 +199,15 @@ def _run(
     draws: DrawBatch,
     evidence: Evidence,
     keys: Array | None,
-    path: Reference,
+    path: Rough,
     number: int,
 ) -> BlockRun:
     """Everything of block `number` for a batch of draws; `path`: of the whole record."""
-    here = slice(number * BLOCK // NODE, (number + 1) * BLOCK // NODE + 1)
-    part = Reference(*(jnp.asarray(p[here]) for p in path))
+    node = field.setup.node
+    here = slice(number * BLOCK // node, (number + 1) * BLOCK // node + 1)
+    part = Rough(*(jnp.asarray(p[here]) for p in path))
     table = _wide(_tables(draws, part, field.interval / STEPS), _ways(evidence))
-    moves = np.zeros((table.step.shape[0], BLOCK, 3))
+    moves = np.zeros((table.step.shape[0], BLOCK, evidence.moves.shape[-1]))
     given = evidence.moves[..., number * BLOCK : (number + 1) * BLOCK, :]
     moves[:, : given.shape[-2]] = given
     return BlockRun(_block(field, evidence, number), jnp.asarray(moves), table, keys)
@@ -228,7 +226,7 @@ def _block(field: Field, evidence: Evidence, number: int) -> Samples:
         return jnp.asarray(np.pad(found, ((0, BLOCK - len(found)), (0, 0))))
 
     return Samples(
-        place=jnp.asarray(node_places()),
+        place=jnp.asarray(node_places(field.setup.node)),
         reading=part(evidence.reading),
         variance=part(evidence.variance),
         known=part(field.known),

@@ -6,12 +6,16 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field, model_validator
 
 from rigid.io.errors import quoted
+from rigid.kinds import kinds_with
 from rigid.spec.base import POSITIVE, Known, Real, Value, uncertain, within
 from rigid.spec.record import Name, RecordSpec
 from rigid.spec.sentences import unknown
 
 GROUND = "ground"
 """What does not move."""
+
+OF_A_MACHINE = kinds_with("machine")
+"""Kinds of records that a machine has."""
 
 SHARE = 0.03
 """Relative sd of a mass or a moment of inertia where a spec states none."""
@@ -146,16 +150,16 @@ def run_faults(machine: MachineSpec | None, records: tuple[RecordSpec, ...]) -> 
     """Say which runs have no machine, and what records ask of it that it does not have."""
     if machine is None:
         for r in records:
-            if r.kind == "run":
+            if r.kind in OF_A_MACHINE:
                 yield (
-                    f"records: {quoted(r.name)} is a run, and no machine is stated; write "
+                    f"records: {quoted(r.name)} is a {r.kind}, and no machine is stated; write "
                     "[machine.bodies] and [machine.joints], or another kind"
                 )
         return
     for r in records:
         where = f"records: {quoted(r.name)} on cylinder {r.cylinder}"
-        if r.kind != "run":
-            yield f"{where} is a {r.kind}; records of a [machine] are runs"
+        if r.kind not in OF_A_MACHINE:
+            yield f"{where} is a {r.kind}; records of a [machine] are runs and tests"
         elif r.cylinder not in machine.joints:
             yield f"{where}: {unknown('joint', r.cylinder, [*machine.joints])}"
         elif "pressure" in r.channels and not machine.joints[r.cylinder].oil:

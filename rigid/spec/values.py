@@ -10,10 +10,11 @@ from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from rigid.io.errors import quoted
 from rigid.kinds import KINDS
 from rigid.spec.base import Flag, Real, Value, Whole
-from rigid.spec.machine import MachineSpec, effects_of, run_faults
+from rigid.spec.machine import OF_A_MACHINE, MachineSpec, effects_of, run_faults
 from rigid.spec.published import PublishedSpec
 from rigid.spec.record import ChannelSpec, Quantity, RecordSpec
 from rigid.spec.rig import RigSpec
+from rigid.spec.sentences import unknown
 from rigid.spec.sheets import SensorsSpec
 
 BODY = "plunger"
@@ -144,10 +145,11 @@ class BandsLawSpec(Value):
 class BandsSpec(Value):
     """What bands are made from: one posterior, or several laws with their probabilities.
 
-    - `draws`: of each posterior.
+    - `draws`: of each posterior. - `loads`: joints of a machine at which a load is sought.
     """
 
     posterior: Path | None = None
+    loads: tuple[str, ...] = ()
     laws: tuple[BandsLawSpec, ...] = ()
     draws: Annotated[Whole, Field(ge=8)] = 128
 
@@ -250,6 +252,7 @@ class SpecBody(Value):
                 "model: only and vary are the rig's; a [machine] names effects at each joint, and "
                 "`shared` says which numbers are the same at all"
             )
+        says += _load_faults(self.machine, () if self.bands is None else self.bands.loads)
         if says := [*says, *run_faults(self.machine, self.records)]:
             raise ValueError("\n".join(dict.fromkeys(says)))
         return self
@@ -308,15 +311,29 @@ def _unmeasured(spec: SpecBody) -> Iterator[str]:
     """Say that a force, or a position that is to be explained, has no sheet of its sensor."""
     stated = spec.sensors.model_fields_set
     for r in spec.records:
-        if r.kind == "run" and "position" in r.channels and "position" not in stated:
+        if r.kind in OF_A_MACHINE and "position" in r.channels and "position" not in stated:
             yield (
-                "sensors: a run needs the sheet of its position sensor, as in "
+                f"sensors: a {r.kind} needs the sheet of its position sensor, as in "
                 "position = { step = 1e-5, noise = 1e-5, gain_sd = 1e-3, zero_sd = 1e-4 } (m)"
             )
         if spec.sensors.force is None and "force" in r.channels:
             yield (
                 f"sensors: a {r.kind} needs the sheet of its force sensor, as in "
                 "force = { noise = 2.0, gain_sd = 0.01, zero_sd = 1.0 } (N)"
+            )
+
+
+def _load_faults(machine: MachineSpec | None, loads: tuple[str, ...]) -> Iterator[str]:
+    """Say where a load is sought at what is no joint, or at one with oil."""
+    if loads and machine is None:
+        yield "bands: loads are sought at joints of a [machine]; leave this out for the rig"
+    for name in loads if machine is not None else ():
+        if name not in machine.joints:
+            yield f"bands: loads: {unknown('joint', name, [*machine.joints])}"
+        elif machine.joints[name].oil:
+            yield (
+                f"bands: loads: there is oil at {quoted(name)}, and what acts where a load is "
+                "sought is left out of a test; add a joint of its own between the same bodies"
             )
 
 

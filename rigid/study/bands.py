@@ -23,12 +23,12 @@ from rigid.report.bands.section import KIND
 from rigid.report.gallery import take_down
 from rigid.report.section import write_report
 from rigid.smoothing import kept, run
-from rigid.smoothing.field import Field, read_fields
+from rigid.smoothing.field import Field
 from rigid.smoothing.finished import Finished
 from rigid.smoothing.laws import RigModel, draws, read_laws, some
 from rigid.smoothing.learning import Learned
 from rigid.smoothing.mixture import LEVELS
-from rigid.smoothing.model import QUANTITIES
+from rigid.smoothing.reading import read_fields
 from rigid.smoothing.reference_check import against_reference
 from rigid.smoothing.smoother import Keeping
 from rigid.spec import BandsSpec, Spec
@@ -121,7 +121,7 @@ def _written(asked: Smoothing, fields: Fields, folder: Path, options: Options) -
     found = _mixed(asked, under, shelf, options)
     output.write_bands(folder / "bands", found)
     with stage(options.quiet, f"{name}: solve again by diffrax"):
-        solver = against_reference(under, [asked.spec.sensors[q] for q in QUANTITIES])
+        solver = against_reference(under, asked.spec.sensors)
     done = replace(finished(found, asked.spec.simulated, folder), solver=solver)
     shelf.clear()
     shelf.put("finished", done)

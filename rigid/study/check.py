@@ -14,7 +14,7 @@ from rigid.likelihood.parameters import Parameter
 from rigid.likelihood.problem import Problem, walkers
 from rigid.physics.sensors import UNITS
 from rigid.records.record import Record
-from rigid.smoothing.field import read_fields
+from rigid.smoothing.reading import read_fields
 from rigid.spec import Spec
 from rigid.study.result import CommandResult
 
@@ -67,7 +67,8 @@ class Checked(CommandResult):
                 f"{one['duration_s']:10.4g} s{one['rate_Hz']:10.4g} Hz  {channels}"
             )
             lines += [f"    {note}" for note in one["notes"]]
-        lines += [f"{name:24}field; for bands" for name in found["field_records"]]
+        sought = "field" if self.spec.machine is None else "test"
+        lines += [f"{name:24}{sought}; for bands" for name in found["field_records"]]
         wide = max([30, *(len(one["name"]) for one in found["parameters"])]) + 2
         if found["parameters"]:
             head = f"{'unit':10}{'prior':18}{'5 %':>12}{'median':>12}{'95 %':>12}"

@@ -65,7 +65,7 @@ def press(path: Path, seed: int = 1) -> dict[str, float]:
     x, _, p, r = solved(rates, np.zeros(4), t, (opened, shut), 2).T
     written(path, seed, {
         "t": (t, 0.0), "x": (1e3 * x, 2e-3), "p_head": (1e-5 * p, 0.1), "p_rod": (1e-5 * r, 0.1),
-        "F": (-1e-3 * stiffness * x, 0.05),
+        "F": (1e-3 * stiffness * x, 0.05),
     })  # fmt: skip
     return {
         "k_spring[workpiece]": stiffness,

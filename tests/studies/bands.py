@@ -74,7 +74,7 @@ def field_test_of(spec, law, cylinder: str, rng, presses: int):
     The rig is the first draw of the law, the same for both cylinders.
     """
     from rigid.generator.field import field_test, press_by_press
-    from rigid.smoothing.model import QUANTITIES
+    from rigid.smoothing.field import QUANTITIES
 
     true = {k: float(v[0]) for k, v in law.values.items()}
     plant = plant_of(true, {q: spec.sensors[q].step for q in QUANTITIES}, cylinder)
@@ -98,11 +98,10 @@ def without_memory(friction):
 
 def field_of(test):
     """A simulated test as the smoother meets it."""
-    from rigid.smoothing.field import Field
-    from rigid.smoothing.model import QUANTITIES
+    from rigid.smoothing.field import QUANTITIES, Field, rig_setup
 
     reading = np.stack([test.readings[q] for q in QUANTITIES], axis=1)
-    return Field("field", "A", "", 0.0, 0.01, reading, np.ones_like(reading))
+    return Field("field", "A", {}, 0.0, 0.01, reading, np.ones_like(reading), rig_setup("A"))
 
 
 def made_bands(spec, field, laws, rows, seed: int):
@@ -117,7 +116,7 @@ def made_bands(spec, field, laws, rows, seed: int):
 def simulated(spec, whole, kind: str, seed: int):
     """A field test with its truth, the name of the law it obeys, and the laws of the bands."""
     from rigid.generator.field import field_test
-    from rigid.smoothing.model import QUANTITIES
+    from rigid.smoothing.field import QUANTITIES
 
     rng = np.random.default_rng([seed, 1])
     picked = rng.choice(whole.size, DRAWS + 1, replace=False)

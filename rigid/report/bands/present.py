@@ -1,6 +1,6 @@
 """From bands to what their section of the page shows."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +17,14 @@ from rigid.report.gallery import hang
 from rigid.report.taken import sentences
 from rigid.smoothing.budget import PARTS, Line
 from rigid.smoothing.events import Fall, Turn, falls, turns
+from rigid.smoothing.field import Field
 from rigid.smoothing.finished import Finished
-from rigid.smoothing.model import QUANTITIES
 from rigid.smoothing.run import Bands
 from rigid.spec import Spec
 from rigid.spec.values import BandsSpec
+
+RIG = "field"
+"""Kind of the records of the rig; those of a machine are tests."""
 
 LED = ("peak load", "load at failure", "displacement at peak")
 """Numbers of the budget that stand on the first screen."""
@@ -47,16 +50,18 @@ def finished(found: Bands, simulated: bool, folder: Path) -> Finished:
     seen = shown(found, simulated, dropped, moved)
     return Finished(
         name=found.name,
-        cylinders=tuple(f.cylinder for f in found.test.fields),
+        places=_places(found),
         budget=found.budget,
         falls=dropped,
         turns=moved,
         gaps={
-            f"{quantity} of {f.label}": float(gap)
+            f"{f.setup.channels[i].quantity} of {f.name},{f.setup.channels[i].place}": float(
+                one.gap[i]
+            )
             for f, one in pairs
-            for quantity, gap in zip(QUANTITIES, one.gap, strict=True)
+            for i in f.setup.read
         },
-        sha256={f.label: f.sha256 for f in found.test.fields},
+        sha256={place: mark for f in found.test.fields for place, mark in f.files.items()},
         aside=found.aside,
         kind=found.test.fields[0].kind,
         figures=tuple(one for _, one in reversed(hang(figures, seen, KIND.name, folder))),
@@ -148,19 +153,20 @@ def _record(found: Finished) -> FieldContent:
 
 def _events(found: Finished) -> tuple[str, ...]:
     out = []
-    for cylinder in found.cylinders:
-        for turn in (turn for turn in found.turns if turn.cylinder == cylinder):
+    at = "Cylinder" if found.kind == RIG else "Joint"
+    for place in found.places:
+        for turn in (turn for turn in found.turns if turn.cylinder == place):
             out.append(
-                f"Cylinder {cylinder}: the valve moved at {turn.time:.2f} s, κ went from "
+                f"{at} {place}: the valve moved at {turn.time:.2f} s, κ went from "
                 f"{_thousandths(turn.before)} to {_thousandths(turn.after)}."
             )
-        dropped = [fall for fall in found.falls if fall.cylinder == cylinder]
+        dropped = [fall for fall in found.falls if fall.cylinder == place]
         if dropped:
             told = ", ".join(
                 f"{digits(f.before, 'N', 3)} to {digits(f.after, 'N', 3)} at {f.time:.2f} s"
                 for f in dropped
             )
-            out.append(f"Cylinder {cylinder}: the load fell from {told}.")
+            out.append(f"{at} {place}: the load fell from {told}.")
     return tuple(out)
 
 
@@ -181,8 +187,9 @@ def shown(
             if name in found.bands
         )
 
-    cylinders = [f.cylinder for f in found.test.fields]
-    loads = banded(*(f"load_{c}" for c in cylinders), "load_total")
+    fields = found.test.fields
+    at = tuple(place for f in fields for place in f.setup.inputs.loads)
+    loads = banded(*(f"load_{place}" for place in at), *(("load_total",) if len(fields) > 1 else ()))
     instants: list[float] = []
     for fall in sorted(dropped, key=lambda fall: fall.after - fall.before):
         if all(abs(fall.time - other) > 0.2 for other in instants):
@@ -191,12 +198,9 @@ def shown(
         record=found.name,
         time=found.time,
         loads=loads,
-        displacements=banded(*(f"displacement_{c}" for c in cylinders)),
-        kappas=banded(*(f"kappa_{c}" for c in cylinders)),
-        readings=tuple(
-            (f.cylinder, f.first + f.interval * np.arange(f.samples), _known(f.reading, f.known))
-            for f in found.test.fields
-        ),
+        displacements=banded(*(f"displacement_{place}" for place in at)),
+        kappas=banded(*(f"kappa_{place}" for f in fields for place in f.setup.inputs.flows)),
+        readings=tuple(one for f in fields for one in _cells(f)),
         parts=tuple(zip(PARTS, found.bands[f"load_{loads[-1].place}"].parts, strict=True)),
         falls=tuple(instants),
         turns=tuple((turn.cylinder, turn.time) for turn in moved),
@@ -204,5 +208,16 @@ def shown(
     )
 
 
-def _known(reading: np.ndarray, known: np.ndarray) -> np.ndarray:
-    return np.where(known[:, 0] > 0, reading[:, 0], np.nan)
+def _cells(field: Field) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
+    """Where a load is sought, the times at which a load cell was read, and what it read."""
+    time = field.first + field.interval * np.arange(field.samples)
+    for number, one in enumerate(field.setup.channels):
+        if one.quantity == "load" and one.place in field.setup.inputs.loads:
+            known = field.known[:, number] > 0
+            yield one.place, time, np.where(known, field.reading[:, number], np.nan)
+
+
+def _places(found: Bands) -> tuple[str, ...]:
+    """Cylinders or joints at which loads and flow fractions are sought."""
+    inputs = [f.setup.inputs for f in found.test.fields]
+    return tuple(dict.fromkeys(place for one in inputs for place in (*one.loads, *one.flows)))
