@@ -522,7 +522,8 @@ def test_scales_are_compared_where_the_load_moves_most(monkeypatch):
     field = Field("press", "B", {}, 2.0, 0.01, reading, np.ones_like(reading), rig_setup("B"))
     nothing = jnp.zeros((3, 1))
     centre = DrawBatch(
-        RigPlant(build_rig(effects(), NOMINAL), field.setup.inputs), Calibration(nothing, nothing)
+        RigPlant(rig=build_rig(effects(), NOMINAL), inputs=field.setup.inputs),
+        Calibration(nothing, nothing),
     )
     sheet = Sheet(np.ones(3), np.ones(3))
     part, state = learning._liveliest(field, centre, sheet)

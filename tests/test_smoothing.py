@@ -14,6 +14,7 @@ from rigid.physics.rig import Surroundings, build_rig
 from rigid.smoothing import budget, kalman, latent, model, quantised
 from rigid.smoothing.field import rig_setup
 from rigid.smoothing.interval import at_place, intervals
+from rigid.smoothing.jumps import at_once, jumps
 from rigid.smoothing.kalman import Backward, BlockRun, Filtered, Samples
 from rigid.smoothing.mixture import LEVELS, Mixture, Moments, quantiles
 from rigid.smoothing.model import Calibration
@@ -29,7 +30,7 @@ ROUNDING = 1e-12
 
 @pytest.fixture(scope="module")
 def rig():
-    return RigPlant(build_rig(effects(), NOMINAL), rig_setup("A").inputs)
+    return RigPlant(rig=build_rig(effects(), NOMINAL), inputs=rig_setup("A").inputs)
 
 
 def path_of(*series):
@@ -333,13 +334,16 @@ def test_states_come_back_from_disk_as_they_were(tmp_path):
 
 # Budget
 
+NOWHERE = jumps(np.arange(4), np.zeros(1, dtype=bool), 4)
+"""No interval in which a load jumped."""
+
 
 def test_the_numbers_of_the_budget_on_a_path_known_by_hand():
     time = np.arange(0.0, 10.0, 0.0025)
     load = np.where(time < 8.0, 1e4 * time, 0.0)[None]
     displacement = (0.008 * time)[None]
     tally = budget.Tally(budget.windows(time, load[0]))
-    tally.add(time, load, displacement, 0)
+    tally.add(time, load, displacement, jumped=NOWHERE, first=0)
     found = tally.figures()[0]
     peak = 1e4 * (8.0 - 0.0025)
     np.testing.assert_allclose(found[:2], peak, rtol=1e-9)
@@ -358,15 +362,41 @@ def test_the_budget_of_stretches_is_that_of_the_whole(cuts):
     displacement = 0.1 + 0.0008 * time + 1e-5 * rng.standard_normal((3, 4000))
     at = budget.windows(time, np.where(time < 7.5, 1e4 * time, 0.0))
     whole, parts = budget.Tally(at), budget.Tally(at)
-    whole.add(time, load, displacement, 0)
+    whole.add(time, load, displacement, jumped=NOWHERE, first=0)
     ends = [0, *cuts, 4000]
     for first, last in list(pairwise(ends))[::-1]:
         here = slice(first, last)
-        parts.add(time[here], load[:, here], displacement[:, here], first)
+        parts.add(time[here], load[:, here], displacement[:, here], jumped=NOWHERE, first=first)
     np.testing.assert_allclose(parts.figures(), whole.figures(), rtol=1e-8)
     rise = at.rise
     slope = [np.polyfit(x[rise], f[rise], 1)[0] for x, f in zip(displacement, load, strict=True)]
     np.testing.assert_allclose(whole.figures()[:, 4], slope, rtol=1e-6)
+
+
+def test_a_load_that_jumped_did_so_at_one_instant_and_kept_its_impulse():
+    """A load that rises by 4 a sample falls by 50 two steps after sample 3, of four steps each.
+
+    A path that goes up and down between samples 3 and 4 with the same impulse jumps at the same
+    step; of calm intervals nothing is changed.
+    """
+    steps, samples = 4, 8
+    rows = np.arange((samples - 1) * steps + 1)
+    truth = 1.0 * rows + 100.0
+    truth[rows > 14] -= 50.0
+    jumped = np.arange(samples) == 3
+    where = jumps(rows, jumped, steps)
+    assert [each.tolist() for each in where] == [[12], [16], [8]]
+    drawn = np.tile(truth, (2, 1))
+    drawn[0, 13:16] += [300.0, -180.0, -120.0]  # the same impulse
+    moved = np.tile(0.5 * rows, (2, 1))
+    found, places = at_once(drawn, moved + 9.0 * (rows > 12), where)
+    np.testing.assert_allclose(found, [truth, truth], atol=4.0)  # what it rises in an interval
+    assert found.max() < truth.max() + 1.0 < drawn.max() - 200.0
+    np.testing.assert_array_equal((places - moved)[0, 11:18], [0, 0, 0, 0, 9, 9, 9])
+    again, _ = at_once(drawn[:, 5:], moved[:, 5:], where.within(slice(5, len(rows))))
+    np.testing.assert_array_equal(again, found[:, 5:])
+    elsewhere = jumps(rows, np.zeros(samples, dtype=bool), steps)
+    np.testing.assert_array_equal(at_once(drawn, moved, elsewhere)[0], drawn)
 
 
 def test_noise_is_told_within_a_law():

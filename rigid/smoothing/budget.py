@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rigid.smoothing.jumps import Jumps, at_once
 from rigid.smoothing.paths import Path
 
 FIGURES = {
@@ -84,11 +85,22 @@ class Tally:
     at: Windows
     gathered: Gathered | None = None
 
-    def add(self, time: np.ndarray, load: np.ndarray, displacement: np.ndarray, first: int) -> None:
-        """Take in a stretch of the paths (draws, times) that begins at place `first`."""
-        rows, most = np.arange(len(load)), np.argmax(load, axis=1)
-        peak = np.stack([load[rows, most], displacement[rows, most]])
-        failure = _greatest(load[:, _within(self.at.failure, first, len(time))])
+    def add(
+        self,
+        time: np.ndarray,
+        load: np.ndarray,
+        displacement: np.ndarray,
+        jumped: Jumps,
+        first: int,
+    ) -> None:
+        """Take in a stretch of the paths (draws, times) that begins at place `first`.
+
+        - `jumped`: where in it the load jumped between two samples.
+        """
+        great, place = at_once(load, displacement, jumped)
+        rows, most = np.arange(len(load)), np.argmax(great, axis=1)
+        peak = np.stack([great[rows, most], place[rows, most]])
+        failure = _greatest(great[:, _within(self.at.failure, first, len(time))])
         impulse = np.trapezoid(load, time, axis=1)
         about, sums = np.stack([displacement[:, :1], load[:, :1]]), np.zeros((5, 1))
         if (old := self.gathered) is not None:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from rigid.smoothing.field import Field
-from rigid.smoothing.learning import Learned
 from rigid.smoothing.inputs import FLOW_SIZE
+from rigid.smoothing.learning import Learned
 
 WITHIN = 0.1
 """Seconds within which a fall is one fall."""

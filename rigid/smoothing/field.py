@@ -42,8 +42,8 @@ class Setup:
     - `channels`; `inputs`. - `moved` (channels, coordinates): by how much each reading changes with
       each coordinate. - `oil`: of each column of oil, the channel of its pressure; None where none
       reads it. - `recorded`: of each recorded input, its channel. - `lively`: channels that tell
-      where the load moves. - `node`: samples between two nodes; `span`: over which the path is
-      smoothed.
+      where the load moves. - `node`: samples between two nodes; `ahead`: by how many a node
+      lies behind its sample; `span`: over which the path is smoothed.
     """
 
     channels: tuple[Channel, ...]
@@ -53,6 +53,7 @@ class Setup:
     recorded: tuple[int, ...] = ()
     lively: tuple[int, ...] = (0,)
     node: int = NODE
+    ahead: float = 0.0
     span: float = ROUGH_SPAN
 
     @property
@@ -122,20 +123,26 @@ class Field:
 def rough(field: Field) -> Rough:
     """Return the rough path of a record at its nodes, one more than whole blocks hold."""
     setup, index = field.setup, np.arange(field.samples)
-    read = np.stack([_filled(*pair, index) for pair in zip(field.reading.T, field.known.T, strict=True)])
+    read = np.stack(
+        [_filled(*pair, index) for pair in zip(field.reading.T, field.known.T, strict=True)]
+    )
     smooth = gaussian_filter1d(read, setup.span, axis=1, mode="nearest")
     place = smooth.T @ np.linalg.pinv(np.array(setup.moved)).T
     speed = np.gradient(place, field.interval, axis=0)
-    still = np.zeros(field.samples)
-    pressure = [still if i is None else smooth[i] for i in setup.oil]
-    nodes = np.arange(field.blocks * BLOCK // setup.node + 1) * setup.node
+    pressure = np.zeros((field.samples, len(setup.oil)))
+    for oil, channel in enumerate(setup.oil):
+        if channel is not None:
+            pressure[:, oil] = smooth[channel]
+    nodes = np.arange(field.blocks * BLOCK // setup.node + 1) * setup.node + setup.ahead
 
-    def at_nodes(columns: list[np.ndarray]) -> np.ndarray:
-        at = [np.interp(nodes, index, column) for column in columns]
-        return np.array(at).reshape(len(columns), len(nodes)).T
+    def at_nodes(columns: np.ndarray) -> np.ndarray:
+        out = np.empty((len(nodes), columns.shape[1]))
+        for i, column in enumerate(columns.T):
+            out[:, i] = np.interp(nodes, index, column)
+        return out
 
-    moved = at_nodes([*place.T]), at_nodes([*speed.T])
-    return Rough(*moved, at_nodes(pressure), at_nodes([read[i] for i in setup.recorded]))
+    moved = at_nodes(place), at_nodes(speed)
+    return Rough(*moved, at_nodes(pressure), at_nodes(read[list(setup.recorded)].T))
 
 
 def _filled(reading: np.ndarray, known: np.ndarray, index: np.ndarray) -> np.ndarray:

@@ -288,5 +288,7 @@ def _shown(later: Backward, within: _Within, steps: int) -> Shown:
     """Smooth what is shown within an interval of `steps`."""
     found = within.mean + within.spread.T @ later.adjoint
     lost = jnp.sum(within.spread * (later.information @ within.spread), axis=0)
-    told = (found[:, 0], within.prior - lost, within.path - found[:, 1], -found[:, 2])
+    # Of what is told to a part in a million of what it might be, rounding leaves less than nothing.
+    variance = jnp.maximum(within.prior - lost, 0.0)
+    told = (found[:, 0], variance, within.path - found[:, 1], -found[:, 2])
     return Shown(*(part.reshape(steps, -1) for part in told))

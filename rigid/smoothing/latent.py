@@ -1,12 +1,12 @@
 """How loads and valves are believed to move before a record is looked at.
 
-In each sampling interval a load, its slope and a flow fraction move by Gaussian steps whose variance is
-that interval's own. The variances follow an inverse gamma law, so that a movement has a Student
-law: mostly small, now and then as large as it likes. A brittle drop or a turn of the valve then is
-one interval with a large variance, and is followed at once, while the calm before and after it is
-smoothed. The law of the variances given the record is found by variational Bayes (Bishop, Pattern
-Recognition, section 10.1; Lange, Little and Taylor 1989, JASA 84), its scales are those of greatest
-evidence (`learning`).
+In each sampling interval a load, its slope and a flow fraction move by Gaussian steps whose
+variance is that interval's own. The variances follow an inverse gamma law, so that a movement has
+a Student law: mostly small, now and then as large as it likes. A brittle drop or a turn of the
+valve then is one interval with a large variance, and is followed at once, while the calm about it
+is smoothed. The law of the variances given the record is found by variational Bayes (Bishop,
+Pattern Recognition, section 10.1; Lange, Little and Taylor 1989, JASA 84), its scales are those of
+greatest evidence (`learning`).
 
 Within an interval the variance is even. The band between two samples then is as wide as it has to
 be for a movement whose instant is not known: a jump at a random instant has the same covariance.

@@ -25,8 +25,8 @@ from rigid.smoothing.machine_plant import acting, numbers, passed, plants
 from rigid.smoothing.machine_records import read_at
 from rigid.smoothing.model import Calibration
 from rigid.smoothing.plant import RigPlant
-from rigid.smoothing.smoother import DrawBatch
 from rigid.smoothing.reading import SOUGHT
+from rigid.smoothing.smoother import DrawBatch
 from rigid.spec import Spec
 from rigid.spec.machine import MachineSpec
 from rigid.spec.values import SpecBody
@@ -248,7 +248,7 @@ def draws(law: RigModel, field: Field) -> DrawBatch:
 
     if law.machine is None:
         names = [*CORE, *LATER, *(n for e in law.effects for n in e.labels())]
-        plant = RigPlant(build_rig(law.effects, wide(names)), setup.inputs)
+        plant = RigPlant(rig=build_rig(law.effects, wide(names)), inputs=setup.inputs)
     else:
         layout = lay_out(law.machine)
         effects = acting(law.effects, layout, setup)

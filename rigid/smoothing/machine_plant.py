@@ -73,7 +73,7 @@ class MachinePlant(AbstractPlant):
     def displaced(self, flat: Array) -> Array:
         """Return by how much the ends of each joint under a load have come closer."""
         joints = [self.machine.joints[number] for number in self.at.loads]
-        rows = np.array([np.subtract(j.behind, j.ahead) for j in joints])
+        rows = jnp.array([np.subtract(j.behind, j.ahead) for j in joints])
         return rows @ flat[: rows.shape[1]]
 
     def _drive(self, straight: Array, flows: Array) -> Drive:
@@ -157,12 +157,11 @@ def plants(
 
     - `effects`: that act in the test. - `values` (size,) by label.
     """
-    at = _at(layout, setup)
     commands = [one.place for one in setup.inputs.recorded if one.quantity == "command"]
     passes = [values.get(f"kappa[{place}]", jnp.ones(size)) for place in commands]
     return MachinePlant(
-        layout.build(effects, values),
-        jnp.stack(passes) if passes else jnp.zeros((0, size)),
-        setup.inputs,
-        at,
+        machine=layout.build(effects, values),
+        passes=jnp.stack(passes) if passes else jnp.zeros((0, size)),
+        inputs=setup.inputs,
+        at=_at(layout, setup),
     )

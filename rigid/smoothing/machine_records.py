@@ -7,7 +7,7 @@ import numpy as np
 from rigid.effects.placed import RIG, those_at
 from rigid.io.errors import InputError
 from rigid.likelihood.assemble import chosen_effects
-from rigid.likelihood.machine import Layout, lay_out
+from rigid.likelihood.machine import Layout, Place, lay_out
 from rigid.likelihood.machine_group import MachineGroup, require_one_clock
 from rigid.likelihood.tracks import DONE, Laid, make_track
 from rigid.records.record import Record
@@ -18,9 +18,10 @@ from rigid.spec import RecordSpec, Spec
 SMALL = 0.1
 """Typical size of what was recorded, in its greatest magnitude."""
 
-NODE, SPAN = 4, 2.0
-"""Samples between two nodes, and over which the rough path is smoothed: valves and springs of
-machines that are not known here may turn within a few samples."""
+NODE, AHEAD, SPAN = 1, 0.5, 0.5
+"""Samples between two nodes, by which a node lies behind its sample (in the middle of its
+interval), and over which the rough path is smoothed: sensors of machines that are not known here
+may be so fine that oil between two samples is no longer the same spring."""
 
 MOST_OFF = 6.0
 """Standard deviations of noise and zero beyond which a test does not begin at rest."""
@@ -77,48 +78,50 @@ def _columns(laid: Sequence[Laid]) -> Iterator[Column]:
 
 def _setup(spec: Spec, layout: Layout, columns: Sequence[Column]) -> Setup:
     """How what was read tells of the machine."""
-    assert spec.machine is not None and spec.bands is not None  # there are loads
-    channels, effects = tuple(channel for channel, _, _ in columns), chosen_effects(spec)
-    places = {place.name: place for place in layout.places}
+    channels = tuple(channel for channel, _, _ in columns)
     recorded = tuple(i for i, one in enumerate(channels) if one.quantity in DONE)
-    commanded = {channels[i].place for i in recorded if channels[i].quantity == "command"}
-    flows = tuple(
-        name
-        for name in places
-        if name not in commanded and any(e.equation == "pump" for e in those_at(effects, name))
-    )
-
-    def moved(one: Channel) -> tuple[float, ...]:
-        joint = places[one.place]
-        if one.quantity == "stroke":
-            return tuple(a - b for a, b in zip(joint.ahead, joint.behind, strict=True))
-        return joint.ahead if one.quantity == "position" else (0.0,) * len(joint.ahead)
-
-    def pressure(name: str) -> int | None:
-        here = Channel("pressure", name)
-        return channels.index(here) if here in channels else None
-
-    inputs = Inputs(
-        spec.bands.loads,
-        flows,
-        tuple(Recorded(channels[i].quantity, channels[i].place, _size(columns[i][1]))
-              for i in recorded),
-        LOAD_SIZE * spec.machine.usual.force / RIG.force,
-    )  # fmt: skip
-    read = [i for i in range(len(channels)) if i not in recorded]
-    cells = [
-        i for i in read if channels[i].quantity == "load" and channels[i].place in inputs.loads
-    ]
+    inputs = _inputs(spec, layout, [columns[i] for i in recorded])
+    places = {place.name: place for place in layout.places}
+    read = tuple(i for i in range(len(channels)) if i not in recorded)
+    cells = (i for i in read if channels[i].quantity == "load")
+    oil = (Channel("pressure", place.name) for place in layout.places if place.oil)
     return Setup(
-        channels,
-        inputs,
-        tuple(map(moved, channels)),
-        tuple(pressure(place.name) for place in layout.places if place.oil),
-        recorded,
-        tuple(cells or read),
-        NODE,
-        SPAN,
+        channels=channels,
+        inputs=inputs,
+        moved=tuple(_moved(one, places[one.place]) for one in channels),
+        oil=tuple(channels.index(one) if one in channels else None for one in oil),
+        recorded=recorded,
+        lively=tuple(i for i in cells if channels[i].place in inputs.loads) or read,
+        node=NODE,
+        ahead=AHEAD,
+        span=SPAN,
     )
+
+
+def _inputs(spec: Spec, layout: Layout, recorded: Sequence[Column]) -> Inputs:
+    """What drives a test: loads where they are sought, valves without a command."""
+    assert spec.machine is not None
+    assert spec.bands is not None  # some load is sought
+    effects = chosen_effects(spec)
+    commanded = {one.place for one, _, _ in recorded if one.quantity == "command"}
+    pumped = (
+        place.name
+        for place in layout.places
+        if any(effect.equation == "pump" for effect in those_at(effects, place.name))
+    )
+    return Inputs(
+        loads=spec.bands.loads,
+        flows=tuple(name for name in pumped if name not in commanded),
+        recorded=tuple(Recorded(c.quantity, c.place, _size(done)) for c, done, _ in recorded),
+        size=LOAD_SIZE * spec.machine.usual.force / RIG.force,
+    )
+
+
+def _moved(one: Channel, joint: Place) -> tuple[float, ...]:
+    """By how much a reading changes with each coordinate."""
+    if one.quantity == "stroke":
+        return tuple(a - b for a, b in zip(joint.ahead, joint.behind, strict=True))
+    return joint.ahead if one.quantity == "position" else (0.0,) * len(joint.ahead)
 
 
 def _size(series: np.ndarray) -> float:

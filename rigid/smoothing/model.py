@@ -23,7 +23,7 @@ from rigid.smoothing.plant import AbstractPlant, Rough
 
 
 class Calibration(NamedTuple):
-    """What the sensors add to an ideal reading m, (channels,) each: (1 + `gain`) m + `zero` [SI]."""
+    """What sensors add to an ideal reading m, (channels,) each: (1 + `gain`) m + `zero` [SI]."""
 
     gain: Array
     zero: Array

@@ -8,10 +8,11 @@ import numpy as np
 from jax import Array
 
 from rigid.smoothing.field import BLOCK, Field
+from rigid.smoothing.inputs import Inputs
+from rigid.smoothing.jumps import Jumps, jumps
 from rigid.smoothing.kalman import Backward, Smoothed
 from rigid.smoothing.laws import RigModel, draws
 from rigid.smoothing.learning import Learned
-from rigid.smoothing.inputs import Inputs
 from rigid.smoothing.smoother import STEPS, Back, Evidence, Keeping
 
 BATCH, SMALL_BATCH = 32, 8
@@ -101,6 +102,18 @@ def told(fields: Sequence[Field], learned: Sequence[Learned]) -> np.ndarray:
     fine[:, 0] = True
     fine[jumped] = True
     return np.flatnonzero(fine.reshape(-1)[: last + 1])
+
+
+def moved_at(test: Test) -> dict[str, Jumps]:
+    """Where the load of each place jumped between two samples, and where any did ("total")."""
+    out, every = {}, np.zeros(min(f.samples for f in test.fields), dtype=bool)
+    for field, one in zip(test.fields, test.learned, strict=True):
+        sd = np.sqrt(one.movement.variances * STEPS)
+        for at, place in enumerate(field.setup.inputs.loads):
+            jumped = sd[: len(every), at] > JUMPED_LOAD
+            out[place] = jumps(test.rows, jumped, STEPS)
+            every |= jumped
+    return {"total": jumps(test.rows, every, STEPS)} | out
 
 
 def _least_jumps(inputs: Inputs) -> np.ndarray:

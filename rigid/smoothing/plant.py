@@ -9,6 +9,7 @@ from typing import NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
 from rigid.physics.rig import Rig, Surroundings
@@ -20,13 +21,13 @@ class Rough(NamedTuple):
     """The rough path that a record shows, at its nodes (nodes, ...), or at one of them.
 
     - `place`, `speed` (..., coordinates): of what moves [m or rad, and /s]. - `pressure`
-      (..., oils) [Pa]. - `recorded` (..., recorded): forces [N] and commands, as they were recorded.
+      (..., oils) [Pa]. - `recorded` (..., recorded): forces [N] and commands, as recorded.
     """
 
-    place: Array
-    speed: Array
-    pressure: Array
-    recorded: Array
+    place: Array | np.ndarray
+    speed: Array | np.ndarray
+    pressure: Array | np.ndarray
+    recorded: Array | np.ndarray
 
 
 class AbstractPlant(eqx.Module):

@@ -50,7 +50,7 @@ class Inferred(NamedTuple):
 def against_reference(
     ways: Sequence[Way], sensors: SensorsSpec, tolerance: float = TOLERANCE
 ) -> tuple[SolverCheck, ...]:
-    """Solve the liveliest stretch of every record again, under each law; `sensors`: their sheets."""
+    """Solve the liveliest stretch of every record again under each law; `sensors`: sheets."""
     return tuple(
         _checked(field, evidence, way.model, sensors, tolerance)
         for way in ways
@@ -150,7 +150,9 @@ def _compared(
     read = [(part.setup.channels[number], error[number]) for number in part.setup.read]
     sensors = tuple(
         SensorError(q, UNITS[q], float(e), s.step or s.noise, "step" if s.step else "noise", where)
-        for q, e, s, where in ((c.quantity, e, sheets[c.quantity], _where(part, c)) for c, e in read)
+        for q, e, s, where in (
+            (c.quantity, e, sheets[c.quantity], _where(part, c)) for c, e in read
+        )
     )
     return SolverCheck(
         tolerance=tolerance,

@@ -14,7 +14,7 @@ from rigid.smoothing.kalman import Backward
 from rigid.smoothing.laws import RigModel, draws, sheet
 from rigid.smoothing.learning import Learned, learn
 from rigid.smoothing.mixture import LEVELS, Mixture, Moments, quantiles
-from rigid.smoothing.paths import Going, Path, Test, batch_of, left_after, stretches, told
+from rigid.smoothing.paths import Going, Path, Test, batch_of, left_after, moved_at, stretches, told
 from rigid.smoothing.smoother import NOWHERE, Keeping
 from rigid.spec import Spec
 
@@ -97,7 +97,7 @@ def bands(
     while (one := shelf.read(_name(len(done)), KEPT, at)) is not None:
         done.append(one)
     sources = _sources(ways, seed, keeping, apart, done)
-    tallies = _Tallies(time, at, dict(done[-1].tallies) if done else {})
+    tallies = _Tallies(test, at, dict(done[-1].tallies) if done else {})
     made: dict[str, Band] = {}
     for number, where in enumerate(stretches(test)):
         if number < len(done):
@@ -261,38 +261,36 @@ class _Gathering:
 class _Tallies:
     """The budget of a test while its stretches go by: a few numbers a draw.
 
-    - `time`: all told times. - `at`: the windows of each place. - `tallies`: those so far.
+    - `at`: the windows of each place. - `tallies`: those so far.
     """
 
     def __init__(
         self,
-        time: np.ndarray,
+        test: Test,
         at: Mapping[str, Windows],
         tallies: dict[tuple[str, str, int], Tally],
     ):
-        self.time, self.at, self.tallies = time, at, tallies
+        self.time, self.at, self.tallies = test.time, at, tallies
+        self.jumps = moved_at(test)
 
     def take(self, number: int, batch: _Batch, found: Mapping[str, Path], where: slice) -> None:
         """Take in a stretch of batch `number`."""
         for body in bodies(found):
             load, place = found[body.load], found[body.displacement]
-            if batch.part:
-                self._add((body.place, batch.part, number), load.mean, place.mean, where)
-                continue
-            whole = load.mean + load.own + load.noise
-            self._add(
-                (body.place, "all", number), whole, place.mean + place.own + place.noise, where
-            )
-            middle = load.mean.mean(axis=0), place.mean.mean(axis=0)
-            for part in ("noise", "own"):
-                off, moved = getattr(load, part), getattr(place, part)
-                self._add((body.place, part, number), middle[0] + off, middle[1] + moved, where)
-
-    def _add(
-        self, key: tuple[str, str, int], load: np.ndarray, displacement: np.ndarray, where: slice
-    ) -> None:
-        tally = self.tallies.setdefault(key, Tally(self.at[key[0]]))
-        tally.add(self.time[where], load, displacement, where.start)
+            paths = {batch.part: (load.mean, place.mean)}
+            if not batch.part:
+                middle = load.mean.mean(axis=0), place.mean.mean(axis=0)
+                moved = place.mean + place.own + place.noise
+                paths = {
+                    "all": (load.mean + load.own + load.noise, moved),
+                    "noise": (middle[0] + load.noise, middle[1] + place.noise),
+                    "own": (middle[0] + load.own, middle[1] + place.own),
+                }
+            jumped = self.jumps[body.place].within(where)
+            for part, path in paths.items():
+                at = self.at[body.place]
+                tally = self.tallies.setdefault((body.place, part, number), Tally(at))
+                tally.add(self.time[where], *path, jumped=jumped, first=where.start)
 
     def finished(self, sources: Sequence[tuple[_Batch, Going]]) -> tuple[Line, ...]:
         """Budgets of all places."""

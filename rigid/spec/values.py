@@ -325,9 +325,11 @@ def _unmeasured(spec: SpecBody) -> Iterator[str]:
 
 def _load_faults(machine: MachineSpec | None, loads: tuple[str, ...]) -> Iterator[str]:
     """Say where a load is sought at what is no joint, or at one with oil."""
-    if loads and machine is None:
-        yield "bands: loads are sought at joints of a [machine]; leave this out for the rig"
-    for name in loads if machine is not None else ():
+    if machine is None:
+        if loads:
+            yield "bands: loads are sought at joints of a [machine]; leave this out for the rig"
+        return
+    for name in loads:
         if name not in machine.joints:
             yield f"bands: loads: {unknown('joint', name, [*machine.joints])}"
         elif machine.joints[name].oil:

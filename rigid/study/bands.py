@@ -44,6 +44,12 @@ LONG_NAMES = {
     "tilt": "difference of the plate's displacements",
 }
 
+AT_JOINTS = {
+    "load": "load",
+    "displacement": "by how much the ends have come closer",
+    "kappa": "flow fraction",
+}
+
 Fields = tuple[Field, ...]
 
 
@@ -195,7 +201,7 @@ def dataset(asked: Smoothing, found: run.Bands) -> xr.Dataset:
     """
     variables = {}
     for name, band in found.bands.items():
-        unit, said = output.unit(name), _long_name(name)
+        unit, said = output.unit(name), _long_name(name, asked.spec.machine is not None)
         variables[name] = (("quantile", "time"), band.quantiles, {"units": unit, "long_name": said})
         parts = {"units": unit, "long_name": f"standard deviation of {said} by source"}
         variables[f"{name}_parts"] = (("part", "time"), band.parts, parts)
@@ -213,8 +219,10 @@ def dataset(asked: Smoothing, found: run.Bands) -> xr.Dataset:
     return xr.Dataset(variables, coords, attrs)
 
 
-def _long_name(name: str) -> str:
+def _long_name(name: str, machine: bool) -> str:
     """What a quantity such as `load_A` is."""
     quantity, _, place = name.partition("_")
+    if machine:
+        return f"{AT_JOINTS[quantity]}, joint {place}"
     where = {"": "", "total": ", sum of the cylinders", "mean": ", mean of the cylinders"}
     return LONG_NAMES.get(quantity, quantity) + where.get(place, f", cylinder {place}")

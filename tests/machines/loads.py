@@ -38,7 +38,7 @@ def press(path: Path, seed: int = 1) -> np.ndarray:
         )
 
     t = 0.01 * np.arange(300)
-    x, _, p, r = solved(rates, np.zeros(4), t, (opened, shut, breaks, breaks + FALLS_IN), 2).T
+    x, _, p, r = solved(rates, np.zeros(4), t, (opened, breaks, breaks + FALLS_IN, shut), 2).T
     written(path, seed, {
         "t": (t, 0.0), "x": (1e3 * x, 2e-3), "p_head": (1e-5 * p, 0.1), "p_rod": (1e-5 * r, 0.1),
     })  # fmt: skip
@@ -72,7 +72,7 @@ def table(path: Path, seed: int = 1) -> np.ndarray:
         ))  # fmt: skip
 
     t = 0.01 * np.arange(240)
-    y = solved(rates, np.zeros(10), t, (opened, shut, breaks, breaks + FALLS_IN), 4)
+    y = solved(rates, np.zeros(10), t, (opened, breaks, breaks + FALLS_IN, shut), 4)
     ends = y[:, :1] + y[:, 1:2] * at[:, 1] - y[:, 2:3] * at[:, 0]
     columns = {"t": (t, 0.0)}
     for i in range(4):

@@ -11,7 +11,15 @@ from rigid.report import made as provenance
 from rigid.report import wording
 from rigid.report.bands import figures
 from rigid.report.bands.output import unit
-from rigid.report.bands.section import KIND, Banded, BandsContent, FieldContent, FieldShown
+from rigid.report.bands.section import (
+    KIND,
+    OF_A_MACHINE,
+    OF_THE_RIG,
+    Banded,
+    BandsContent,
+    FieldContent,
+    FieldShown,
+)
 from rigid.report.content import BAD, GOOD, Answer, Check, Front
 from rigid.report.gallery import hang
 from rigid.report.taken import sentences
@@ -25,6 +33,9 @@ from rigid.spec.values import BandsSpec
 
 RIG = "field"
 """Kind of the records of the rig; those of a machine are tests."""
+
+ASKED = "What load did the ice carry, and how far did the plate move?"
+ASKED_OF_A_MACHINE = "What load did the machine work against, and how far did it move?"
 
 LED = ("peak load", "load at failure", "displacement at peak")
 """Numbers of the budget that stand on the first screen."""
@@ -91,6 +102,7 @@ def content(
         draws=draws,
         laws=len(spec.bands.sources),
         posterior=_posteriors(spec.bands),
+        machine=spec.machine is not None,
     )
 
 
@@ -98,7 +110,7 @@ def front(usable: bool, checks: Sequence[Check], found: Sequence[Finished]) -> F
     """Question, peak loads, whether they may be used, what to do."""
     failed = [one for one in checks if not one.ok]
     return Front(
-        asked="What load did the ice carry, and how far did the plate move?",
+        asked=ASKED if all(one.kind == RIG for one in found) else ASKED_OF_A_MACHINE,
         state=GOOD if usable else BAD,
         ruling=wording.verdict(usable, checks),
         why=tuple(f"{one.name}: {one.says}" for one in failed),
@@ -114,16 +126,17 @@ def front(usable: bool, checks: Sequence[Check], found: Sequence[Finished]) -> F
 
 def answers(found: Finished) -> tuple[Answer, ...]:
     """Peak load, load at failure and displacement of a test as a whole, largest part named."""
-    place = found.budget[-1].place if found.budget else ""
+    whole = "total" if found.kind == RIG and len(found.places) > 1 else ""
+    at = "cylinder" if found.kind == RIG else "joint"
     return tuple(
         Answer(
             f"{line.name}, record {found.name}"
-            + ("" if line.place == "total" else f", cylinder {line.place}"),
+            + ("" if line.place == whole else f", {at} {line.place}"),
             median_and_interval((line.q05, line.median, line.q95), line.unit),
             _most(line),
         )
         for line in found.budget
-        if line.place == place and line.name in LED
+        if whole in ("", line.place) and line.name in LED
     )
 
 
@@ -189,7 +202,8 @@ def shown(
 
     fields = found.test.fields
     at = tuple(place for f in fields for place in f.setup.inputs.loads)
-    loads = banded(*(f"load_{place}" for place in at), *(("load_total",) if len(fields) > 1 else ()))
+    whole = ("load_total",) if len(fields) > 1 else ()
+    loads = banded(*(f"load_{place}" for place in at), *whole)
     instants: list[float] = []
     for fall in sorted(dropped, key=lambda fall: fall.after - fall.before):
         if all(abs(fall.time - other) > 0.2 for other in instants):
@@ -205,6 +219,7 @@ def shown(
         falls=tuple(instants),
         turns=tuple((turn.cylinder, turn.time) for turn in moved),
         simulated=simulated,
+        words=OF_THE_RIG if all(f.kind == RIG for f in fields) else OF_A_MACHINE,
     )
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -10,15 +11,27 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from rigid.plots.banded import quantile_columns
-from rigid.plots.style import BLUE, GREY, INK, VERMILION
+from rigid.plots.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, SKY, VERMILION
 from rigid.report.content import Content
 from rigid.report.section import Kind
 from rigid.smoothing.budget import Line
 
-KIND = Kind("bands", 20, "Ice load and displacement", "bands.html.j2")
+KIND = Kind("bands", 20, "Load and displacement", "bands.html.j2")
 
-COLOURS = (BLUE, VERMILION, INK)
-"""Of the cylinders and their sum."""
+COLOURS = (BLUE, VERMILION, INK, GREEN, ORANGE, PURPLE, SKY, GREY)
+"""Of the cylinders and their sum, or of joints."""
+
+
+class Words(NamedTuple):
+    """What the words for load and displacement are, on axes and in sentences."""
+
+    load: str
+    displacement: str
+    moved: str
+
+
+OF_THE_RIG = Words("ice load", "plate", "displacement of the plate")
+OF_A_MACHINE = Words("load", "displacement", "displacement")
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +51,7 @@ class FieldShown:
     - readings: (place, time [s], load cell [N]) of each cylinder
     - parts: (name, sd of the load [N]) of what the band of the last load is made of
     - falls: instants [s] of falls of the load, the greatest first; turns: of the valve
+    - words: for load and displacement
     """
 
     record: str
@@ -50,6 +64,7 @@ class FieldShown:
     falls: tuple[float, ...] = ()
     turns: tuple[tuple[str, float], ...] = ()
     simulated: bool = False
+    words: Words = OF_THE_RIG
 
 
 def columns(time: np.ndarray, quantities: Sequence[tuple[str, Banded]]) -> dict[str, np.ndarray]:
@@ -97,6 +112,7 @@ class BandsContent(Content):
 
     - `heads`: names of the parts of the budget.
     - `draws`: of all laws together; `laws`: how many there are; `posterior`: files of the draws.
+    - `machine`: whether it is a machine of the spec's own, not the rig.
     """
 
     heads: tuple[str, ...]
@@ -104,3 +120,4 @@ class BandsContent(Content):
     draws: int
     laws: int
     posterior: str
+    machine: bool

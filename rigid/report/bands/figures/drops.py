@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from rigid.plots import metrology
 from rigid.plots.figure import Columns, Drawn
 from rigid.plots.style import GREY, house_style, new_figure, panel_title
 from rigid.report.bands.section import COLOURS, FieldShown, columns, legend
@@ -25,10 +26,12 @@ def drawn(content: FieldShown) -> Iterator[Drawn]:
     yield Drawn(
         re.sub(r"[^A-Za-z0-9]+", "-", f"{content.record}-drops"),
         figure,
-        "The greatest falls of the load seen close. Dots: what the load cells read. Below: how far "
-        "the plate moved since the left edge; the band is that of the displacement itself, so it "
-        "has width there, too.",
-        f"Ice load and displacement about the drops of record {content.record}",
+        "The greatest falls of the load seen close. "
+        + ("Dots: what the load cells read. " if content.readings else "")
+        + f"Below: {content.words.moved} since the left edge; the band is that of the displacement "
+        "itself, so it has width there, too.",
+        f"{content.words.load.capitalize()} and displacement about the drops of record "
+        f"{content.record}",
         numbers(content),
     )
 
@@ -48,33 +51,34 @@ def drops_figure(shown: FieldShown, simulated: bool) -> Figure | None:
     instants = sorted(shown.falls[:MOST_ZOOMS])
     if not instants:
         return None
+    extent = np.concatenate([b.quantiles[2] for b in shown.loads])
+    per_unit, unit = metrology.axis(extent, "N")
+    cells = [Line2D([], [], color=GREY, marker=".", linestyle="", label="load cell")]
     with house_style():
         figure = new_figure(5.0, simulated)
         grid = figure.add_gridspec(2, len(instants), height_ratios=(1.3, 1.0))
         for column, instant in enumerate(instants):
-            load, place = figure.add_subplot(grid[0, column]), figure.add_subplot(grid[1, column])
+            load, below = figure.add_subplot(grid[0, column]), figure.add_subplot(grid[1, column])
             near = (shown.time > instant - BEFORE) & (shown.time < instant + AFTER)
             since = (shown.time[near] - instant) * 1e3
-            _close(load, since, [b.quantiles[:, near] * 1e-3 for b in shown.loads])
-            for number, (_, time, values) in enumerate(shown.readings):
+            _close(load, since, [b.quantiles[:, near] * per_unit for b in shown.loads])
+            for place, time, values in shown.readings:
+                number = [band.place for band in shown.loads].index(place)
                 at = (time > instant - BEFORE) & (time < instant + AFTER)
                 load.plot(
-                    (time[at] - instant) * 1e3, values[at] * 1e-3, ".", markersize=4,
+                    (time[at] - instant) * 1e3, values[at] * per_unit, ".", markersize=4,
                     color=COLOURS[number], markeredgecolor="white", markeredgewidth=0.4, zorder=5,
                 )  # fmt: skip
             moved = [b.quantiles[:, near] * 1e3 for b in shown.displacements]
-            _close(place, since, [m - m[2, 0] for m in moved])
+            _close(below, since, [m - m[2, 0] for m in moved])
             panel_title(load, f"t = {instant:.2f} s")
             load.tick_params(labelbottom=False)
-            place.set_xlabel("ms")
+            below.set_xlabel("ms")
             if column == 0:
-                load.set_ylabel("ice load [kN]")
-                place.set_ylabel("displacement since\nthe left edge [mm]")
+                load.set_ylabel(f"{shown.words.load} [{unit}]")
+                below.set_ylabel("displacement since\nthe left edge [mm]")
         figure.legend(
-            handles=[
-                *legend(shown.loads),
-                Line2D([], [], color=GREY, marker=".", linestyle="", label="load cell"),
-            ],
+            handles=[*legend(shown.loads), *(cells if shown.readings else [])],
             loc="outside lower center",
             ncols=8,
         )

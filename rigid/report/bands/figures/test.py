@@ -1,4 +1,4 @@
-"""A field test as a whole: ice load, displacement, kappa, and what the uncertainty is made of."""
+"""A test as a whole: load, displacement, kappa, and what the uncertainty is made of."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -24,19 +24,21 @@ from rigid.report.bands.section import COLOURS, Banded, FieldShown, columns, leg
 # None of those of the cylinders, which are drawn above.
 PART_COLOURS = (SKY, GREY, GREEN, PURPLE, ORANGE)
 MOST_ROWS = 2000
-LEAST_SD = 1.0
-"""Newtons below which a part of the load's uncertainty is not shown."""
+LEAST_SHARE = 1e-5
+"""Of the greatest load, below which a part of its uncertainty is not shown: 1 N on the rig."""
 
 
 def drawn(content: FieldShown) -> Iterator[Drawn]:
     """The figure of one test."""
+    words, flows = content.words, bool(content.kappas)
+    moved = "Dotted: movements of the valve found in the record. " if flows else ""
+    shown = f"{words.load}, {words.moved} and κ" if flows else f"{words.load} and {words.moved}"
     yield Drawn(
         re.sub(r"[^A-Za-z0-9]+", "-", content.record),
         field_figure(content, content.simulated),
-        f"Record {content.record}: ice load, displacement of the plate and κ, median with the "
-        "bands that hold 50 and 90 %. Dotted: movements of the valve found in the record. Below: "
-        "what the uncertainty of the load is made of, as standard deviations.",
-        f"Ice load, displacement and kappa over time with bands, record {content.record}",
+        f"Record {content.record}: {shown}, median with the bands that hold 50 and 90 %. {moved}"
+        "Below: what the uncertainty of the load is made of, as standard deviations.",
+        f"{shown[0].upper()}{shown[1:]} over time with bands, record {content.record}",
         numbers(content),
     )
 
@@ -57,24 +59,36 @@ def numbers(content: FieldShown) -> Columns:
 def field_figure(shown: FieldShown, simulated: bool) -> Figure:
     """The whole test: load, displacement, kappa, and what the load's uncertainty is made of."""
     with house_style():
-        figure = new_figure(7.6, simulated)
-        grid = figure.add_gridspec(4, 1, height_ratios=(1.2, 1.0, 0.8, 1.0))
-        panels = [figure.add_subplot(cell) for cell in grid]
-        for axes in panels[1:]:
-            axes.sharex(panels[0])
-        _bands(panels[0], shown.time, shown.loads, "ice load")
-        _bands(panels[1], shown.time, shown.displacements, "plate")
-        _bands(panels[2], shown.time, shown.kappas, "κ")
-        panels[0].legend(handles=legend(shown.loads), loc="upper left", ncols=5)
-        for place, instant in shown.turns:
-            index = [k.place for k in shown.kappas].index(place)
-            panels[2].axvline(instant, color=COLOURS[index], linewidth=0.6, linestyle=":")
-        _parts(panels[3], shown)
-        panels[3].set_xlabel("time [s]")
-        panels[0].set_xlim(shown.time[0], shown.time[-1])
-        for axes in panels[:3]:
-            axes.tick_params(labelbottom=False)
+        heights = {"load": 1.2, "moved": 1.0} | ({"kappa": 0.8} if shown.kappas else {})
+        heights["parts"] = 1.0
+        figure = new_figure(7.6 * sum(heights.values()) / 4.0, simulated)
+        grid = figure.add_gridspec(len(heights), 1, height_ratios=tuple(heights.values()))
+        panels = {name: figure.add_subplot(grid[row]) for row, name in enumerate(heights)}
+        for axes in panels.values():
+            if axes is not panels["load"]:
+                axes.sharex(panels["load"])
+        _bands(panels["load"], shown.time, shown.loads, shown.words.load)
+        _bands(panels["moved"], shown.time, shown.displacements, shown.words.displacement)
+        panels["load"].legend(handles=legend(shown.loads), loc="upper left", ncols=5)
+        if shown.kappas:
+            _flows(panels["kappa"], shown)
+        _parts(panels["parts"], shown)
+        panels["parts"].set_xlabel("time [s]")
+        panels["load"].set_xlim(shown.time[0], shown.time[-1])
+        for axes in panels.values():
+            axes.tick_params(labelbottom=axes is panels["parts"])
     return figure
+
+
+def _flows(axes: Axes, shown: FieldShown) -> None:
+    """What the valves passed, and when they moved."""
+    _bands(axes, shown.time, shown.kappas, "κ")
+    at = [band.place for band in shown.kappas]
+    if at != [band.place for band in shown.loads][: len(at)]:
+        handles = legend(shown.kappas)[: len(at)]
+        axes.legend(handles=handles, loc="upper left", ncols=5)
+    for place, instant in shown.turns:
+        axes.axvline(instant, color=COLOURS[at.index(place)], linewidth=0.6, linestyle=":")
 
 
 def _bands(axes: Axes, time: np.ndarray, bands: Sequence[Banded], name: str) -> None:
@@ -105,14 +119,16 @@ def _limits(bands: Sequence[Banded]) -> tuple[float, float]:
 
 
 def _parts(axes: Axes, shown: FieldShown) -> None:
-    greatest = 10.0 * LEAST_SD
+    peak = max(float(np.abs(band.quantiles[2]).max()) for band in shown.loads)
+    least = 10.0 ** np.round(np.log10(max(LEAST_SHARE * peak, 1e-12)))
+    greatest = 10.0 * least
     for colour, (name, sd) in zip(PART_COLOURS, shown.parts, strict=False):
         if not np.any(sd > 0.0):
             continue
         kept = line_points(sd)
-        axes.plot(shown.time[kept], np.maximum(sd[kept], 1e-3), color=colour, label=name)
+        axes.plot(shown.time[kept], np.maximum(sd[kept], 1e-3 * least), color=colour, label=name)
         greatest = max(greatest, float(sd.max()))
     axes.set_yscale("log")
-    axes.set_ylim(LEAST_SD, 20.0 * greatest)  # room for the legend
+    axes.set_ylim(least, 20.0 * greatest)  # room for the legend
     axes.set_ylabel(f"sd of the load,\n{shown.loads[-1].place} [N]")
     axes.legend(loc="upper left", ncols=3)
