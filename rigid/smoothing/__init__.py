@@ -1,1 +1,1 @@
-"""A field record smoothed: the unknown ice load as a latent force on a known rig."""
+"""A test smoothed: loads that nobody knows as latent forces on a known rig or machine."""

@@ -10,6 +10,7 @@ from rigid.likelihood.set_aside import Aside
 from rigid.smoothing.aside import listed
 from rigid.smoothing.budget import Gathered, Line, Tally, Windows, bodies, lines, windows
 from rigid.smoothing.field import Field
+from rigid.smoothing.jumps import at_once
 from rigid.smoothing.kalman import Backward
 from rigid.smoothing.laws import RigModel, draws, sheet
 from rigid.smoothing.learning import Learned, learn
@@ -92,7 +93,7 @@ def bands(
     """
     test = _best(ways).test
     time, shelf = test.time, keeping.shelf
-    at = {place: windows(time, load) for place, load in test.middle.items()}
+    at = windows_of(test)
     done: list[_Done] = []
     while (one := shelf.read(_name(len(done)), KEPT, at)) is not None:
         done.append(one)
@@ -114,6 +115,16 @@ def bands(
     aside = tuple(one for way in ways for one in _aside(way.test))
     budget = tallies.finished(sources)
     return Bands(test.fields[0].name, time, made, budget, test, tuple(dict.fromkeys(aside)))
+
+
+def windows_of(test: Test) -> dict[str, Windows]:
+    """Where failure and rise are, by place; a load that jumped has done so at one instant."""
+    jumped, time = moved_at(test), test.time
+    out = {}
+    for place, load in test.middle.items():
+        path, _ = at_once(load[None], load[None], jumped[place])
+        out[place] = windows(time, path[0])
+    return out
 
 
 def _aside(test: Test) -> Iterator[Aside]:

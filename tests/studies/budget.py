@@ -34,10 +34,9 @@ def options() -> argparse.Namespace:
 
 def true_numbers(test, made) -> dict[str, float]:
     """The numbers of the budget of the true load and displacement, at the generator's instants."""
-    from rigid.smoothing.budget import windows
+    from rigid.smoothing.run import windows_of
 
-    time = made.time
-    at = windows(time, made.test.middle["A"])
+    time, at = made.time, windows_of(made.test)["A"]
     ends = time[at.failure][[0, -1]], time[at.rise][[0, -1]]
     here = (test.time >= time[0]) & (test.time <= time[-1])
     failing, rising = ((test.time >= low) & (test.time <= high) for low, high in ends)

@@ -129,10 +129,13 @@ def _record(found: Finished) -> dict[str, Any]:
 
 def table(all_found: Sequence[Finished]) -> str:
     """The budgets as text: a line a number, then its parts in the same unit."""
-    lines = [f"{'record':12}{'place':7}{'quantity':28}{'unit':6}" + _heads()]
-    for found in all_found:
-        for line in found.budget:
-            lines.append("".join(_cells(found.name, line)))
+    rows = [(found.name, line) for found in all_found for line in found.budget]
+    record = max([11, *(len(name) for name, _ in rows)]) + 1
+    place = max([6, *(len(line.place) for _, line in rows)]) + 1
+    lines = [f"{'record':{record}}{'place':{place}}{'quantity':28}{'unit':6}" + _heads()]
+    for name, line in rows:
+        head = f"{name:{record}}{line.place:{place}}{line.name:28}{line.unit:6}"
+        lines.append(head + "".join(_cells(line)))
     return "\n".join(lines) + "\n"
 
 
@@ -141,9 +144,8 @@ def _heads() -> str:
     return "".join(f"{h:>11}" for h in ("median", "5 %", "95 %", "combined", *short))
 
 
-def _cells(record: str, line: Line) -> Iterator[str]:
+def _cells(line: Line) -> Iterator[str]:
     assert line.name in FIGURES
-    yield f"{record:12}{line.place:7}{line.name:28}{line.unit:6}"
     for value in (line.median, line.q05, line.q95, line.combined):
         yield f"{value:11.5g}"
     for value in line.parts:
