@@ -45,8 +45,8 @@ NEXT = {
     "the load.",
     "posterior": "Mend the calibration first: `rigid fit` says which check failed and what to do.",
     "solver": "The steps of the smoother do not hold for this rig: look for an effect that is "
-    "stiff or does not change smoothly, and leave it out of the bands. Where the load falls between "
-    "two samples: sample faster than the rig swings.",
+    "stiff or does not change smoothly, and leave it out of the bands. Where the load falls within "
+    "a sampling interval: sample faster than the rig swings.",
 }
 """What to do when a check fails, by its name."""
 
