@@ -13,6 +13,8 @@ from machines.loading import SPECS, noiseless, written
 import rigid
 from rigid.effects import CATALOGUE
 from rigid.effects.placed import Scales, placed
+from rigid.inference.search import search
+from rigid.inference.stages import eased
 from rigid.io.errors import InputError
 from rigid.physics.drive import Drive, side_by_side
 from rigid.physics.machine import Joint, Machine
@@ -133,6 +135,34 @@ def test_a_march_agrees_with_diffrax_where_bristles_slide():
     span = float(np.ptp(np.asarray(theirs.position)))
     assert span > 1e-3
     assert np.abs(np.asarray(ours.position - theirs.position)).max() < 2e-3 * span
+
+
+def test_runs_are_fitted_from_their_beginnings_on(tmp_path):
+    """Each stage has the samples of the one before and more; the last is the problem itself."""
+    simulated.swing(tmp_path / "swing.csv")
+    problem = rigid.load(written("swing", tmp_path)).problem
+    stages = eased(problem)
+    assert stages[-1] is problem
+    (piece,) = problem.pieces
+    counts = [int(np.count_nonzero(np.asarray(p.weight))) for s in stages for p in s.pieces]
+    samples = int(np.count_nonzero(np.asarray(piece.weight)))
+    assert counts == [
+        np.ceil(samples * share) for share in (1 / 16, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1)
+    ]
+    loud, quiet = (float(np.asarray(stage.pieces[0].weight)[0, 0]) for stage in stages[:2])
+    assert quiet == pytest.approx(900.0 * loud)
+
+
+@pytest.mark.slow
+def test_a_struck_rig_on_a_rope_is_found_from_the_prior(tmp_path):
+    """Its load cell rings through many periods; from the whole record no start gets there."""
+    truth = simulated.hanging(tmp_path / "hanging.csv")
+    problem = rigid.load(written("hanging", tmp_path)).problem
+    found = search(problem, 4, 2)
+    assert found.optima[0].reached >= 2
+    values = problem.parameters.values(jnp.asarray(found.optima[0].z[None]))
+    for label, value in truth.items():
+        assert float(values[label][0]) == pytest.approx(value, rel=0.1), label
 
 
 def test_derivatives_of_a_march_are_those_of_differences():

@@ -4,7 +4,8 @@ The release record has several optima in (k_LC, mu); a single start ends in one 
 sign of it. Starts are drawn from the prior and each is led to an optimum of the exact likelihood,
 first with the noise taken for a thousand and for thirty times what it is: where the records tell a
 part in ten thousand a bent valley lies, along which descents creep; from afar it is a bowl. Starts
-that a coarse descent has led to one point go on as one. Where profiles of the best end lead to
+that a coarse descent has led to one point go on as one. Runs of a machine, which may swing through
+many periods, are fitted from their beginnings on. Where profiles of the best end lead to
 other optima, these are taken in (`profiles`). Then noise levels and correlation times are brought
 up to date and the best optima refined.
 """
@@ -22,13 +23,12 @@ from rigid.inference.noise_levels import fit_noise, noise_curvature, noise_gain
 from rigid.inference.profiles import other_optima
 from rigid.inference.scores import residuals, score_correlation, weighted
 from rigid.inference.settled import Settled, away_from_top, settled
+from rigid.inference.stages import eased
 from rigid.io.errors import InputError
 from rigid.likelihood.correlation import Autoregression
 from rigid.likelihood.problem import Problem, log_density
 from rigid.likelihood.set_aside import readings_of, set_aside, without
 
-COARSE = (1000.0, 30.0)
-"""Times the noise of every channel, in the descents before that of the likelihood itself."""
 ONE_POINT = 0.1
 """Ends of a coarse descent closer than this, in sds there (root of mean square), are one point: a
 descent is left when it promises some 1e-4 nats, which is 0.014 sds in all."""
@@ -130,10 +130,10 @@ def best_of_few(
     first, (z_noise, zero) = prior_draws(problem, starts, seed), _centre(problem)
     ends: list[tuple[float, np.ndarray]] = []
     done, agree = 0, False
-    eased = _eased(problem)
+    stages = eased(problem)
     for done, z in enumerate(first, start=1):
         end = joined(problem, z, zero)
-        for one in eased:
+        for one in stages:
             end, there = descend(one, end, z_noise)
         report(done)
         if not np.isfinite(float(there.value)):
@@ -186,7 +186,7 @@ def search_from(
     z_noise, zero = _centre(problem)
     counts = np.ones(len(first), dtype=int) if counts is None else counts
     ends = [End(joined(problem, z, zero), n) for z, n in zip(first, counts.tolist(), strict=True)]
-    stages = _eased(problem)
+    stages = eased(problem)
     for number, stage in enumerate(stages):
         before = int(counts.sum()) * number
 
@@ -199,13 +199,6 @@ def search_from(
     levels = np.array([at.value if np.isfinite(at.value) else np.inf for _, at in led])
     every = np.repeat(levels, [end.starts for end, _ in led])
     return _refined(problem, _with_others(problem, led, z_noise), every, z_noise)
-
-
-def _eased(problem: Problem) -> tuple[Problem, ...]:
-    """Return a problem with the noise of every channel COARSE times what it is, then itself."""
-    weight = {(p.group, p.quantity): np.asarray(p.weight) for p in problem.pieces}
-    eased = ({key: one / times**2 for key, one in weight.items()} for times in COARSE)
-    return *(problem.with_weights(one) for one in eased), problem
 
 
 class End(NamedTuple):
