@@ -140,7 +140,7 @@ def _greatest(load: np.ndarray) -> np.ndarray:
 class Line:
     """One number of the budget.
 
-    - `place`: cylinder or "total". - `name`, `unit`. - `median`, `q05`, `q95`, `combined`: of all
+    - `place`: cylinder, joint or "total". - `name`, `unit`. - `median`, `q05`, `q95`, `combined`: of all
       draws; `parts`: standard uncertainties in the order of PARTS, None where nothing varied.
     """
 
@@ -164,7 +164,7 @@ class Bodies:
 
 
 def bodies(names: Mapping[str, Path]) -> tuple[Bodies, ...]:
-    """List cylinders and the total among the quantities."""
+    """List the places of loads, and the total, among the quantities."""
     together = Bodies("total", "load_total", "displacement_mean")
     whole = (together,) if together.displacement in names else ()
     places = (n.removeprefix("load_") for n in names if n.startswith("load_"))

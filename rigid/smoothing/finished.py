@@ -19,7 +19,7 @@ class Finished:
     - `gaps`: root mean square of the residuals over noise and rounding, by "load of name,cylinder".
     - `sha256`: of the files, by label. - `figures`: as drawn, a few hundred points a curve.
     - `aside`: readings that were set aside under any law. - `kind`: of the records.
-    - `solver`: the smoother's steps held against diffrax, by law and cylinder.
+    - `solver`: the smoother's steps held against diffrax, by law and record.
     """
 
     name: str

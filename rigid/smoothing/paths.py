@@ -1,4 +1,4 @@
-"""What a batch of draws says of a test: load, displacement and kappa, by cylinder and in total."""
+"""What a batch of draws says of a test: load, displacement and kappa, by place and in total."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
@@ -62,7 +62,7 @@ class Path(NamedTuple):
 
 
 class Test(NamedTuple):
-    """The cylinders of one field test, what was learned of each, and the times that are told.
+    """The records of one test, what was learned of each, and the times that are told.
 
     - `rows` (times,): steps since the first sample. - `evidence`: of each, for the smoother.
     """
@@ -147,9 +147,9 @@ def left_after(test: Test, stretches: int) -> int:
 class Going:
     """A batch of draws on its way back over a test, stretch by stretch; see `smoother.Back`.
 
-    - `test`; `law`: with the draws of the batch. - `seeds`: of each cylinder, that of its simulated
+    - `test`; `law`: with the draws of the batch. - `seeds`: of each record, that of its simulated
       errors. - `wide`: draws smoothed together, no fewer than the law has.
-    - `begun`: blocks to go, and what those behind them say of each cylinder; None: all of them.
+    - `begun`: blocks to go, and what those behind them say of each record; None: all of them.
     """
 
     def __init__(
@@ -173,7 +173,7 @@ class Going:
 
     @property
     def later(self) -> tuple[Backward, ...]:
-        """What all samples say that it has gone over, by cylinder."""
+        """What all samples say that it has gone over, by record."""
         return tuple(back.later for back in self._back)
 
     def stretch(self) -> Mapping[str, Path]:

@@ -68,7 +68,7 @@ class Way(NamedTuple):
 def learned(
     spec: Spec, fields: Sequence[Field], law: RigModel, report: Callable[[int], None]
 ) -> tuple[Learned, ...]:
-    """Learn of every cylinder's record how its load moves."""
+    """Learn of every record how its loads move."""
     out = []
     for field in fields:
         centre = draws(law.centre(), field)
@@ -338,7 +338,7 @@ def _within(batches: Sequence[np.ndarray], weights: Sequence[float]) -> np.ndarr
 def ways(
     fields: Sequence[Field], found: Sequence[tuple[Learned, ...]], laws: Sequence[RigModel]
 ) -> tuple[Way, ...]:
-    """Put the cylinders of a test together under each law; `found`: learned of them under it.
+    """Put the records of a test together under each law; `found`: learned of them under it.
 
     What was set aside under a law is not known to it.
     """
