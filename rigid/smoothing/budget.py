@@ -141,7 +141,8 @@ class Line:
     """One number of the budget.
 
     - `place`: cylinder, joint or "total". - `name`, `unit`. - `median`, `q05`, `q95`, `combined`:
-      of all draws; `parts`: standard uncertainties in the order of PARTS, None where nothing varied.
+      of all draws. - `parts`: standard uncertainties in the order of PARTS, None where nothing
+      varied.
     """
 
     place: str
