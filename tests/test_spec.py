@@ -382,7 +382,8 @@ REFUSED = {
         "[[records]] 'f' kind: unknown kind 'Frame'; did you mean 'frame'?"
     ),
     FRAME.replace('"frame"', "3"): (
-        "[[records]] 'f' kind: must be one of frame, release, free-run, field, motion, run, test; found 3"
+        "[[records]] 'f' kind: must be one of frame, release, free-run, field, motion, run, test; "
+        "found 3"
     ),
     FRAME + 'valve = [{ position = "closed" }]': (
         "[[records]] 'f' valve.entry 1.position: unknown position 'closed'; known are open, shut, "
