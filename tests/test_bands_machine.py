@@ -134,6 +134,9 @@ def test_a_press_from_its_calibration_to_its_load(tmp_path):
 REFUSED = {
     "a load at no joint": (('loads = ["workpiece"]', 'loads = ["workpice"]'), "did you mean"),
     "a load where there is oil": (('loads = ["workpiece"]', 'loads = ["rod"]'), "there is oil at"),
+    "a load twice": (
+        ('loads = ["workpiece"]', 'loads = ["workpiece", "workpiece"]'), "stands twice",
+    ),
     "no load": (('loads = ["workpiece"]', ""), "no load is sought"),
     "a start": (
         ('kind = "test"\ncylinder = "head"', 'kind = "test"\nstart = "moving"\ncylinder = "head"'),

@@ -152,7 +152,7 @@ def _filled(reading: np.ndarray, known: np.ndarray, index: np.ndarray) -> np.nda
 
 
 def liveliest(field: Field, blocks: int) -> slice:
-    """Samples of the `blocks` blocks in which the load's readings change most often."""
+    """Samples of the `blocks` blocks in which what tells of the load changes most often."""
     if field.blocks <= blocks:
         return slice(0, field.samples)
     lively = field.reading[:, list(field.setup.lively)]

@@ -20,7 +20,7 @@ class At(eqx.Module):
     """At which joints, by number, what drives a machine drives it, and where it is read.
 
     - `loads`, `flows`, `forces`, `commands`: joints. `forces` and `commands` also say which of what
-      was recorded they are. - `channels`: quantity and joint, or what was recorded: -1 and which.
+      was recorded they are. - `channels`: quantity and joint, or RECORDED and which of them.
     - `oil`: of each flow, the entry of the state that is the pressure there.
     """
 

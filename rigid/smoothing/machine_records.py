@@ -13,6 +13,7 @@ from rigid.likelihood.tracks import DONE, Laid, make_track
 from rigid.records.record import Record
 from rigid.smoothing.field import Channel, Field, Setup
 from rigid.smoothing.inputs import LOAD_SIZE, Inputs, Recorded
+from rigid.smoothing.rest import require_at_rest
 from rigid.spec import RecordSpec, Spec
 
 SMALL = 0.1
@@ -22,9 +23,6 @@ NODE, AHEAD, SPAN = 1, 0.5, 0.5
 """Samples between two nodes, by which a node lies behind its sample (in the middle of its
 interval), and over which the rough path is smoothed: sensors of machines that are not known here
 may be so fine that oil between two samples is no longer the same spring."""
-
-MOST_OFF = 6.0
-"""Standard deviations of noise and zero beyond which a test does not begin at rest."""
 
 
 def make_test(spec: Spec, records: Sequence[Record]) -> Field:
@@ -54,7 +52,7 @@ def make_test(spec: Spec, records: Sequence[Record]) -> Field:
         setup=_setup(spec, lay_out(spec.machine), columns),
         kind=first.kind,
     )
-    _require_at_rest(spec, field, first)
+    require_at_rest(field, spec.sensors, f"{first.path}: test '{first.name}', joint")
     return field
 
 
@@ -126,20 +124,6 @@ def _moved(one: Channel, joint: Place) -> tuple[float, ...]:
 
 def _size(series: np.ndarray) -> float:
     return SMALL * float(np.abs(series).max()) or 1.0
-
-
-def _require_at_rest(spec: Spec, field: Field, record: Record) -> None:
-    """Refuse a test whose first sample tells of a machine that is not at rest."""
-    for i in field.setup.read:
-        one, sheet = field.setup.channels[i], spec.sensors[field.setup.channels[i].quantity]
-        spread = float(np.hypot(sheet.noise + sheet.step, sheet.zero_sd))
-        begin = field.reading[0, i]
-        if field.known[0, i] and abs(begin) > MOST_OFF * spread:
-            raise InputError(
-                f"{record.path}: test '{field.name}', joint {one.place}, begins with a "
-                f"{one.quantity} of {begin:.4g} (SI); it must begin at rest and out of load, cut "
-                "with `rows` where it does"
-            )
 
 
 def read_at(record: RecordSpec) -> tuple[Channel, ...]:

@@ -6,7 +6,7 @@ from rigid.io.errors import InputError
 from rigid.kinds import kinds_with
 from rigid.records.read import read_records
 from rigid.records.record import Record
-from rigid.smoothing.field import QUANTITIES, Field
+from rigid.smoothing.field import Field
 from rigid.smoothing.machine_records import make_test
 from rigid.smoothing.rig_records import make_field
 from rigid.spec import Spec
@@ -42,14 +42,10 @@ def read_fields(spec: Spec) -> tuple[tuple[Field, ...], ...]:
 
 def _fields(spec: Spec, records: list[Record]) -> tuple[Field, ...]:
     """The cylinders of one test of the rig."""
-    spread = {
-        q: float(np.hypot(spec.sensors[q].noise + spec.sensors[q].step, spec.sensors[q].zero_sd))
-        for q in QUANTITIES
-    }
     fields, problems = [], []
     for record in records:
         try:
-            fields.append(make_field(record, spread))
+            fields.append(make_field(record, spec.sensors))
         except InputError as error:
             problems.append(str(error))
     if problems:

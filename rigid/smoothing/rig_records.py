@@ -1,25 +1,17 @@
 """Field records of the rig: for each test its cylinders."""
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from rigid.io.errors import InputError
 from rigid.likelihood.tracks import make_track
 from rigid.records.record import Record
 from rigid.smoothing.field import QUANTITIES, Field, rig_setup
-
-AT_REST = 1
-"""Samples at the start that must read a rig at rest; the valve may be open from then on."""
-
-MOST_OFF = 6.0
-"""Standard deviations of noise and zero beyond which the start is not at rest."""
+from rigid.smoothing.rest import require_at_rest
+from rigid.spec.sheets import SensorsSpec
 
 
-def make_field(record: Record, spread: Mapping[str, float]) -> Field:
-    """Lay a field record on its grid.
-
-    - `spread`: of each quantity, the sd of noise and zero together [SI].
+def make_field(record: Record, sensors: SensorsSpec) -> Field:
+    """Lay a field record on its grid; `sensors`: their sheets.
 
     Raises InputError where a channel is missing, samples are not evenly spaced, or the record does
     not begin out of load.
@@ -33,15 +25,7 @@ def make_field(record: Record, spread: Mapping[str, float]) -> Field:
     track, series = make_track(record)
     reading = np.stack([series.data[q] for q in QUANTITIES], axis=1)
     known = np.stack([series.weight[q] for q in QUANTITIES], axis=1)
-    for i, quantity in enumerate(QUANTITIES):
-        begin = reading[:AT_REST, i][known[:AT_REST, i] > 0]
-        if begin.size and abs(np.median(begin)) > MOST_OFF * spread[quantity]:
-            raise InputError(
-                f"{record.path}: field record '{record.name}', cylinder {record.cylinder}, begins "
-                f"with a {quantity} of {np.median(begin):.4g} (SI); it must begin at rest and out "
-                "of load, cut with `rows` where it does"
-            )
-    return Field(
+    field = Field(
         name=record.name,
         place=record.cylinder,
         files={f"{record.name},{record.cylinder}": record.sha256},
@@ -52,3 +36,6 @@ def make_field(record: Record, spread: Mapping[str, float]) -> Field:
         setup=rig_setup(record.cylinder),
         kind=record.kind,
     )
+    where = f"{record.path}: field record '{record.name}', cylinder"
+    require_at_rest(field, sensors, where)
+    return field

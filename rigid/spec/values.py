@@ -330,6 +330,8 @@ def _load_faults(machine: MachineSpec | None, loads: tuple[str, ...]) -> Iterato
             yield "bands: loads are sought at joints of a [machine]; leave this out for the rig"
         return
     for name in loads:
+        if loads.count(name) > 1:
+            yield f"bands: loads: {quoted(name)} stands twice; name it once"
         if name not in machine.joints:
             yield f"bands: loads: {unknown('joint', name, [*machine.joints])}"
         elif machine.joints[name].oil:

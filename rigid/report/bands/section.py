@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import cycle
 from typing import NamedTuple
 
 import numpy as np
@@ -82,7 +83,7 @@ def legend(bands: Sequence[Banded]) -> list[Line2D | Patch]:
     """A line for each place, and what the bands hold."""
     lines: list[Line2D | Patch] = [
         Line2D([], [], color=colour, label=band.place)
-        for colour, band in zip(COLOURS, bands, strict=False)
+        for colour, band in zip(cycle(COLOURS), bands, strict=False)
     ]
     return [
         *lines,

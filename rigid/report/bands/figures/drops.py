@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator, Sequence
+from itertools import cycle
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -63,7 +64,7 @@ def drops_figure(shown: FieldShown, simulated: bool) -> Figure | None:
             since = (shown.time[near] - instant) * 1e3
             _close(load, since, [b.quantiles[:, near] * per_unit for b in shown.loads])
             for place, time, values in shown.readings:
-                number = [band.place for band in shown.loads].index(place)
+                number = [band.place for band in shown.loads].index(place) % len(COLOURS)
                 at = (time > instant - BEFORE) & (time < instant + AFTER)
                 load.plot(
                     (time[at] - instant) * 1e3, values[at] * per_unit, ".", markersize=4,
@@ -86,7 +87,7 @@ def drops_figure(shown: FieldShown, simulated: bool) -> Figure | None:
 
 
 def _close(axes: Axes, time: np.ndarray, bands: Sequence[np.ndarray]) -> None:
-    for colour, (q05, q25, median, q75, q95) in zip(COLOURS, bands, strict=False):
+    for colour, (q05, q25, median, q75, q95) in zip(cycle(COLOURS), bands, strict=False):
         axes.fill_between(time, q05, q95, color=colour, alpha=0.22, linewidth=0)
         axes.fill_between(time, q25, q75, color=colour, alpha=0.38, linewidth=0)
         axes.plot(time, median, color=colour, linewidth=0.9)

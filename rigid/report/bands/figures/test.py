@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator, Sequence
+from itertools import cycle
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -88,13 +89,15 @@ def _flows(axes: Axes, shown: FieldShown) -> None:
         handles = legend(shown.kappas)[: len(at)]
         axes.legend(handles=handles, loc="upper left", ncols=5)
     for place, instant in shown.turns:
-        axes.axvline(instant, color=COLOURS[at.index(place)], linewidth=0.6, linestyle=":")
+        axes.axvline(
+            instant, color=COLOURS[at.index(place) % len(COLOURS)], linewidth=0.6, linestyle=":"
+        )
 
 
 def _bands(axes: Axes, time: np.ndarray, bands: Sequence[Banded], name: str) -> None:
     extent = np.concatenate([b.quantiles[2] for b in bands])
     factor, unit = metrology.axis(extent, bands[0].unit)
-    for colour, band in zip(COLOURS, bands, strict=False):
+    for colour, band in zip(cycle(COLOURS), bands, strict=False):
         q05, q25, median, q75, q95 = band.quantiles * factor
         for low, high, alpha in ((q05, q95, 0.22), (q25, q75, 0.38)):
             axes.fill_between(*band_points(time, low, high), color=colour, alpha=alpha, linewidth=0)
