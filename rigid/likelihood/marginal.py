@@ -88,7 +88,7 @@ class Turns(NamedTuple):
     rounded: bool
     each: Turn
 
-    def map(self, function: Callable, *given: tuple) -> list:
+    def map(self, function: Callable, *given: tuple | Array) -> list:
         """Return `function(turn, *given)` of every member, of what is `given` its own row."""
         found = jax.lax.map(lambda one: function(*one), (self.each, *given))
         return [jax.tree.map(lambda a, i=i: a[i], found) for i in range(len(self.members))]
@@ -190,19 +190,46 @@ Expansions = dict[int, noise.Quadratic]
 """By piece: its log-likelihood around gains and zeros, (tracks, walkers) each."""
 
 
+def _around(rounded: bool, one: Turn, at: noise.Calibration) -> noise.Quadratic:
+    """Expand the log-likelihood of a piece around gains and zeros (tracks, walkers)."""
+    law = noise.sample_law(one.sigma, one.step, rounded)
+    return noise.Quadratic(*one.summed(partial(noise.quadratic, law, *at)))
+
+
 def _expanded(sensors: Sensors, turns: Iterable[Turns], at: noise.Calibration) -> Expansions:
     """Expand the log-likelihood of pieces around gains and zeros (sensors, walkers)."""
     found: Expansions = {}
     for some in turns:
+        here = _stacked(sensors.on_tracks(at, i) for i in some.members)
+        each = some.map(partial(_around, some.rounded), here)
+        found |= dict(zip(some.members, each, strict=True))
+    return found
 
-        def around(
-            one: Turn, near: noise.Calibration, rounded: bool = some.rounded
+
+def _again(
+    sensors: Sensors,
+    turns: Iterable[Turns],
+    at: noise.Calibration,
+    before: Expansions,
+    moved: Array,
+) -> Expansions:
+    """Expand anew the pieces of which a sensor has `moved` (sensors,), of others as `before`."""
+    found: Expansions = {}
+    for some in turns:
+
+        def one(
+            turn: Turn,
+            at: noise.Calibration,
+            old: noise.Quadratic,
+            stale: Array,
+            rounded: bool = some.rounded,
         ) -> noise.Quadratic:
-            law = noise.sample_law(one.sigma, one.step, rounded)
-            return noise.Quadratic(*one.summed(partial(noise.quadratic, law, *near)))
+            return jax.lax.cond(stale, lambda: _around(rounded, turn, at), lambda: old)
 
         here = _stacked(sensors.on_tracks(at, i) for i in some.members)
-        found |= dict(zip(some.members, some.map(around, here), strict=True))
+        old = _stacked(before[i] for i in some.members)
+        stale = jnp.stack([jnp.any(moved[sensors.of[i]]) for i in some.members])
+        found |= dict(zip(some.members, some.map(one, here, old, stale), strict=True))
     return found
 
 
@@ -263,7 +290,8 @@ def _climbed(
     def tried(now: _Climb) -> _Climb:
         moves = zip(now.at, now.step.by, strict=True)
         at = noise.Calibration(*(a + now.share * by for a, by in moves))
-        found = _expanded(sensors, rounded, at)
+        moved = (now.tries == 0) | jnp.any(now.share > 0.0, axis=1)
+        found = _again(sensors, rounded, at, now.found, moved)
         sums = sensors.summed(plain | found)
         value = noise.with_prior(sums, at, sensors.spread)
         up = (value >= now.value) | (now.tries == 0)

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 from jax import Array
 
@@ -146,7 +147,10 @@ def quadratic(
     reading: Array,
 ) -> Quadratic:
     """Sum samples over the first axis into an expansion in gain and zero around given ones."""
-    point = law(data - (1.0 + gain) * reading - zero)
+    residual = data - (1.0 + gain) * reading - zero
+    # A branch keeps the point: XLA would work it out anew for each of the sums.
+    nothing = Point(*(jnp.zeros_like(residual) for _ in Point._fields))
+    point = jax.lax.cond(jnp.any(weight > 0.0), lambda r: law(r), lambda _: nothing, residual)
     slope, bend = weight * point.slope, -weight * point.curvature
     return Quadratic(
         total(weight * point.value),

@@ -2,8 +2,8 @@
 
 The exact expression takes error functions; evaluated for tens of thousands of samples and each
 walker it would be most of the work of a fit. For one noise level it is an even, analytic function
-of the residual alone, so `Curve` interpolates it by a Chebyshev polynomial, made anew for every
-noise level from a few exact values (errors below: tests/test_quantisation.py).
+of the residual alone, so `Curve` interpolates it: polynomials made anew for every noise level, from
+a few exact values (errors: tests/test_quantisation.py).
 """
 
 from typing import NamedTuple
@@ -12,30 +12,57 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 from jax.scipy.special import erfc
+from numpy.polynomial import Chebyshev, Polynomial
 
 SQRT2 = 2.0**0.5
 LOG_SQRT_2PI = 0.9189385332046727
 FAR = 25.0
 """Beyond it erfc underflows and its asymptotic series takes over; the series is exact there."""
-DEGREE = 20
+NODES = 17
+"""Exact values for a noise level."""
 REACH = 5.0
-"""The polynomial covers residuals up to half a step and 5 standard deviations; beyond, where one
+"""The interpolation covers residuals up to half a step and 5 standard deviations; beyond, where one
 sample in 10^6 falls, it is continued by a parabola of the asymptotic curvature."""
 
 
-def _nodes_and_transform() -> tuple[np.ndarray, np.ndarray]:
-    """Chebyshev nodes and the matrix from values there to coefficients of powers of u."""
-    angle = np.pi * (np.arange(DEGREE) + 0.5) / DEGREE
-    cosine = np.cos(np.outer(np.arange(DEGREE), angle)) * 2.0 / DEGREE
+class Basis(NamedTuple):
+    """Where the exact values are taken, and matrices from these to polynomials.
+
+    The log-probability f of a large residual r grows as r^2. So f v / half is interpolated, with
+    half = reach^2 / 2 and v = 1 / (1 + r^2 / half): a polynomial P(v) of degree 10 is as near as
+    one of degree 19 for f in r^2. Slopes of f by r^2 are P - v P' and v^3 P'' / half, polynomials
+    as well. v is from 1/3 to 1; powers are of t = 3 v - 2.
+
+    - `places` (NODES,): residuals over reach.
+    - `value`, `slope`, `curvature` (powers, NODES): of P, df/dr / 2r and d2f/dr2.
+    """
+
+    places: np.ndarray
+    value: np.ndarray
+    slope: np.ndarray
+    curvature: np.ndarray
+
+
+def _basis() -> Basis:
+    """Work the matrices out, a column for the interpolant that is 1 at one node, 0 at others."""
+    angle = np.pi * (np.arange(NODES) + 0.5) / NODES
+    cosine = np.cos(np.outer(np.arange(NODES), angle)) * 2.0 / NODES
     cosine[0] /= 2.0
-    powers = np.zeros((DEGREE, DEGREE))
-    for k in range(DEGREE):
-        row = np.polynomial.chebyshev.cheb2poly(np.eye(DEGREE)[k])
-        powers[: len(row), k] = row
-    return np.cos(angle), powers @ cosine
+    v = Polynomial([2.0 / 3.0, 1.0 / 3.0])
+    curves = [Chebyshev(column).convert(kind=Polynomial) for column in cosine.T]
+    slopes = [one - 3.0 * v * one.deriv() for one in curves]
+    bends = [
+        2.0 * slope + 36.0 * (1.0 - v) * v**2 * one.deriv(2)
+        for one, slope in zip(curves, slopes, strict=True)
+    ]
+    matrices = (
+        np.stack([np.pad(one.coef, (0, size - len(one.coef))) for one in some], axis=1)
+        for some, size in ((curves, NODES), (slopes, NODES), (bends, NODES + 1))
+    )
+    return Basis(np.sqrt(0.5 * (1.0 / v(np.cos(angle)) - 1.0)), *matrices)
 
 
-NODES, TO_POWERS = _nodes_and_transform()
+BASIS = _basis()
 
 
 def scaled_erfc(x: Array) -> Array:
@@ -74,35 +101,36 @@ def interval(residual: Array, sigma: Array, step: float | Array) -> Point:
 
 
 class Curve(NamedTuple):
-    """`interval` for given noise levels as a polynomial in the squared residual.
+    """`interval` for given noise levels, interpolated in the squared residual.
 
     The probability is log-concave; where it is flat, in the middle of a wide step, the polynomial
     waves a little about it, and a curvature that comes out above 0 is 0.
 
-    - `powers` (DEGREE, ...): coefficients, over the noise levels' shape.
-    - `reach` (...): greatest residual covered, in noise sds. - `sigma` (...): noise.
+    - `value`, `slope`, `curvature` (powers, ...): coefficients of polynomials in t, over the noise
+      levels' shape. - `reach` (...): greatest residual covered, in noise sds. - `sigma` (...):
+      noise.
     """
 
-    powers: Array
+    value: Array
+    slope: Array
+    curvature: Array
     reach: Array
     sigma: Array
 
     def __call__(self, residual: Array) -> Point:
         """Log-probability of samples and its derivatives, as `interval` gives them."""
-        size = jnp.abs(residual) / self.sigma
+        size = jnp.abs(residual) * (1.0 / self.sigma)
         r = jnp.minimum(size, self.reach)
         beyond = size - r
-        u = 2.0 * (r / self.reach) ** 2 - 1.0
-        inner = 4.0 / self.reach**2
-        order = jnp.arange(1, DEGREE).reshape((-1,) + (1,) * jnp.ndim(self.sigma))
-        first = order * self.powers[1:]
-        second = order[:-1] * first[1:]
-        slope = _horner(first, u) * inner * r
-        curvature = _horner(second, u) * (inner * r) ** 2 + _horner(first, u) * inner
+        half = 0.5 * self.reach**2
+        inverse = 1.0 + r * r * (1.0 / half)
+        t = 3.0 / inverse - 2.0
+        slope = 2.0 * r * _horner(self.slope, t)
+        curvature = jnp.minimum(_horner(self.curvature, t), 0.0)
         return Point(
-            _horner(self.powers, u) + slope * beyond - 0.5 * beyond**2,
-            -jnp.sign(residual) * (slope - beyond) / self.sigma,
-            jnp.where(beyond > 0.0, -1.0, jnp.minimum(curvature, 0.0)) / self.sigma**2,
+            half * inverse * _horner(self.value, t) + slope * beyond - 0.5 * beyond**2,
+            jnp.sign(residual) * (beyond - slope) * (1.0 / self.sigma),
+            jnp.where(beyond > 0.0, -1.0, curvature) * (1.0 / self.sigma**2),
         )
 
 
@@ -112,14 +140,16 @@ def curve(sigma: Array, step: float | Array) -> Curve:
     - `sigma`: noise before conversion, `step`: of the converter, in the same unit.
     """
     reach = 0.5 * step / sigma + REACH
-    place = jnp.asarray(np.sqrt(0.5 * (1.0 + NODES))).reshape((-1,) + (1,) * jnp.ndim(sigma))
+    place = jnp.asarray(BASIS.places).reshape((-1,) + (1,) * jnp.ndim(sigma))
     exact = interval(place * reach * sigma, sigma, step).value
-    return Curve(jnp.tensordot(jnp.asarray(TO_POWERS), exact, 1), reach, sigma)
+    ratio = exact / ((place * place + 0.5) * reach**2)
+    parts = (BASIS.value, BASIS.slope, BASIS.curvature)
+    return Curve(*(jnp.tensordot(jnp.asarray(part), ratio, 1) for part in parts), reach, sigma)
 
 
-def _horner(powers: Array, u: Array) -> Array:
-    """Polynomial at u; every intermediate is used once, so that it compiles to one loop."""
-    value = powers[-1] * jnp.ones_like(u)
+def _horner(powers: Array, t: Array) -> Array:
+    """Polynomial at t; every intermediate is used once, so that it compiles to one loop."""
+    value = powers[-1] * jnp.ones_like(t)
     for k in range(powers.shape[0] - 2, -1, -1):
-        value = value * u + powers[k]
+        value = value * t + powers[k]
     return value
