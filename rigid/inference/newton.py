@@ -7,8 +7,6 @@ that, one evaluation a step. The least-squares solvers of optimistix would linea
 which there are none of where a sample is an interval.
 """
 
-from functools import reduce
-from operator import add
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -19,7 +17,9 @@ import numpy as np
 import optimistix as optx
 from jax import Array
 
+from rigid.inference.tangents import tangents
 from rigid.likelihood.channels import Piece
+from rigid.likelihood.groups import predictions
 from rigid.likelihood.problem import Problem
 
 MAX_STEPS = 120
@@ -69,66 +69,57 @@ def split(
     return z.at[np.flatnonzero(noisy)].set(z_noise), jnp.asarray(w[len(free) :]).reshape(-1, 2)
 
 
-class Samples(NamedTuple):
-    """The samples of one piece around a point; n = its samples, all tracks after one another.
-
-    - `value` (n,): log-likelihood. - `score`, `curvature` (n,): its slope and minus its curvature
-      by the expected record. - `design` (n, size): slope of the expected record by the entries of
-      w.
-    """
-
-    value: Array
-    score: Array
-    curvature: Array
-    design: Array
-
-
 @eqx.filter_jit
 def local(problem: Problem, w: Array, z_noise: Array) -> Expansion:
     """Expand the negative log-posterior around w; noise levels `z_noise` are held."""
-    prior = Expansion(0.5 * jnp.sum(w * w), w, jnp.eye(len(w)))
-    parts = [
-        Expansion(
-            -jnp.sum(s.value), -s.design.T @ s.score, (s.design * s.curvature[:, None]).T @ s.design
-        )
-        for s in _samples(problem, w, z_noise)
-    ]
-    return Expansion(*(reduce(add, terms) for terms in zip(prior, *parts, strict=True)))
-
-
-def _samples(problem: Problem, w: Array, z_noise: Array) -> list[Samples]:
     z, standard = split(problem, w, z_noise)
-    tangents = jnp.eye(len(z))[np.flatnonzero(~is_noise(problem))]
-    base = jnp.broadcast_to(z, tangents.shape)
+    free = np.flatnonzero(~is_noise(problem))
+    directions = tangents(problem, free)
+    base = jnp.broadcast_to(z, directions.along.shape)
 
-    def predict(z: Array) -> list[dict[str, Array]]:
-        return problem.predict(problem.parameters.values(z))
+    def predict(each: Array) -> list[dict[str, Array]]:
+        return predictions(problem.groups, [problem.parameters.values(one) for one in each])
 
-    swept = jax.jvp(predict, (base,), (tangents,))
-    values = problem.parameters.values(z[None])
-    return [_of_piece(problem, piece, swept, values, standard) for piece in problem.pieces]
+    expected, slopes = jax.jvp(predict, (base,), (jnp.asarray(directions.along),))
+    sigmas = problem.parameters.values(z[None])
+    # One place more than w has takes what belongs to no number of a track.
+    n = len(w)
+    value, gradient, information = 0.5 * jnp.sum(w * w), jnp.pad(w, (0, 1)), jnp.eye(n + 1)
+    for piece in problem.pieces:
+        at = np.array([problem.sensors.index(sensor) for sensor in piece.sensors])
+        of_z = directions.entries[piece.group][np.array(piece.tracks)]
+        of_sensors = len(free) + 2 * at[:, None] + np.arange(2)
+        places = np.concatenate([np.where(of_z < len(free), of_z, n), of_sensors], axis=1)
+        seen = piece.reading(expected)[..., 0], piece.reading(slopes)
+        found = _of_piece(piece, seen, standard[at], piece.sigma(sigmas)[:, 0])
+        value = value + found.value
+        gradient = gradient.at[places].add(found.gradient)
+        information = information.at[places[:, :, None], places[:, None]].add(found.information)
+    return Expansion(value, gradient[:n], information[:n, :n])
 
 
-def _of_piece(
-    problem: Problem, piece: Piece, swept: tuple, values: dict[str, Array], standard: Array
-) -> Samples:
-    """Expand the samples of one piece."""
-    at = np.array([problem.sensors.index(piece.sensor(i)) for i in range(len(piece.tracks))])
+def _of_piece(piece: Piece, seen: tuple[Array, Array], standard: Array, sigma: Array) -> Expansion:
+    """Expand the negative log-likelihood of the samples of one piece.
+
+    - `seen`: expected readings (samples, tracks) and their slopes along directions (samples,
+      tracks, directions). - `standard` (tracks, 2): gains and zeros of its sensors.
+    - `sigma` (tracks,): noise.
+
+    Returns the value, and by track the gradient (tracks, directions + 2) and the information along
+    directions, then by gain and zero.
+    """
     spread = piece.sheet.spread
-    gain, zero = standard[at, 0] * spread.gain, standard[at, 1] * spread.zero
-    m = piece.reading(swept[0])[..., 0]
-    slope = piece.reading(swept[1]) * (1.0 + gain)[:, None]
-    law = piece.sheet.noise_model(piece.sigma(values)[:, 0])
-    point = law(piece.data - (1.0 + gain) * m - zero)
-    own = jax.nn.one_hot(at, len(problem.sensors))
-    by_gain = m[..., None] * spread.gain * own
-    by_zero = jnp.broadcast_to(spread.zero * own, by_gain.shape)
-    sensors = jnp.stack([by_gain, by_zero], axis=-1).reshape(*m.shape, -1)
-    return Samples(
-        (piece.weight * point.value).ravel(),
-        (piece.weight * point.slope).ravel(),
-        (-piece.weight * point.curvature).ravel(),
-        jnp.concatenate([slope, sensors], axis=-1).reshape(m.size, -1),
+    gain, zero = standard[:, 0] * spread.gain, standard[:, 1] * spread.zero
+    m, slopes = seen
+    point = piece.sheet.noise_model(sigma)(piece.data - (1.0 + gain) * m - zero)
+    by_zero = jnp.full_like(m, spread.zero)
+    own = jnp.stack([spread.gain * m, by_zero], axis=-1)
+    design = jnp.concatenate([slopes * (1.0 + gain)[:, None], own], axis=-1)
+    bend = -piece.weight * point.curvature
+    return Expansion(
+        -jnp.sum(piece.weight * point.value),
+        -jnp.einsum("st,stj->tj", piece.weight * point.slope, design),
+        jnp.einsum("stj,stk->tjk", bend[..., None] * design, design),
     )
 
 

@@ -275,13 +275,15 @@ class MotionGroup(AbstractGroup):
 
 
 def predictions(
-    groups: Sequence[AbstractGroup], values: Mapping[str, Array]
+    groups: Sequence[AbstractGroup], values: Sequence[Mapping[str, Array]]
 ) -> list[dict[str, Array]]:
     """Ideal readings of every group, by quantity, (samples, tracks, walkers).
 
+    - `values`: by label, of each group.
+
     Groups of one shape take turns in one program: side by side, each would be compiled anew.
     """
-    asked = [(group.grid, group.inputs(values)) for group in groups]
+    asked = [(one.grid, one.inputs(given)) for one, given in zip(groups, values, strict=True)]
     found: dict[int, dict[str, Array]] = {}
     for members in _alike(asked):
         if len(members) == 1:

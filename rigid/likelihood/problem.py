@@ -56,7 +56,7 @@ class Problem(eqx.Module):
 
     def predict(self, values: Mapping[str, Array]) -> list[dict[str, Array]]:
         """Ideal readings of every group, by quantity, (samples, tracks, walkers)."""
-        return predictions(self.groups, values)
+        return predictions(self.groups, [values] * len(self.groups))
 
     def marginal_likelihood(self, z: Array) -> MarginalLikelihood:
         """Log-likelihood of z (walkers, size) and the law of the sensors' gains and zeros."""
