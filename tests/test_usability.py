@@ -7,6 +7,8 @@ import pytest
 from rigs import release_problem
 
 from rigid.inference.newton import is_noise
+from rigid.inference.calibrate import propose
+from rigid.inference.sampling import LEAST_SHARE, MOST_OVERLOOKED
 from rigid.inference.search import search
 from rigid.likelihood.assemble import assemble
 from rigid.plots.metrology import chance
@@ -16,7 +18,7 @@ from rigid.report.calibration.budget import OTHERS, REPEATED, _budget
 from rigid.report.calibration.for_paper import latex
 from rigid.report.calibration.present import flow_fractions
 from rigid.report.paper_values import of_the_paper, published, published_frictions
-from rigid.report.usability import MOST_CHANNEL_GAP, MOST_GAP, noise, residuals
+from rigid.report.usability import MOST_CHANNEL_GAP, MOST_GAP, covered, noise, residuals
 from rigid.smoothing.budget import Line
 from rigid.smoothing.finished import Finished
 from rigid.smoothing.laws import RigModel
@@ -113,6 +115,17 @@ def test_noise_far_above_its_sheet_is_told():
     check = noise(louder)
     assert not check.ok
     assert "acceleration,A is 5.1 times" in check.says, check.says
+
+
+def test_walkers_that_begin_in_a_law_that_misses_a_part_are_not_trusted():
+    found = search(release_problem({"k_LC": 6e7, "mu": 2e4}, samples=64), 2, 1)
+    known = propose(found, np.random.default_rng(1))
+    few = dataclasses.replace(known.weights, kish=0.99 * LEAST_SHARE)
+    assert covered(known, weighed=False).ok
+    for less in (known._replace(weights=few), known._replace(overlooked=MOST_OVERLOOKED)):
+        assert not covered(less, weighed=False).ok
+        assert "R-hat does not show" in covered(less, weighed=False).says
+        assert covered(less, weighed=True).ok
 
 
 def test_a_budget_without_inputs_is_all_scatter():

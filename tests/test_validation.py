@@ -270,8 +270,9 @@ def test_no_draw_is_weighed_where_the_law_shows_that_weights_would_not_do(study,
     monkeypatch.setattr(replicate, "weighted", refused)
     monkeypatch.setattr(replicate, "propose", uneven)
     row = one(Given(arguments(study.spec, Design(SEED), 0), ROOT, ROOT))
-    assert row["good"]
-    assert row["pareto_k"] is None  # of a chain
+    assert row["by"] == draws.CHAIN
+    assert row["pareto_k"] is None
+    assert not row["good"]  # it began in a law that leaves out a part
 
 
 def test_agreement_sees_ranks_that_are_off():

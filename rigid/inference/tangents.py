@@ -13,7 +13,6 @@ from rigid.likelihood.groups import AbstractGroup
 from rigid.likelihood.parameters import Parameter
 from rigid.likelihood.problem import Problem
 
-
 WIDE = 8
 """Directions come in multiples of so many: loops over others end in numbers that are worked out one
 by one (14 directions of the reference campaign took 10.1 ms a group, 16 took 8.0)."""

@@ -5,7 +5,9 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.stats import norm
 
+from rigid.inference.sampling import LEAST_SHARE, MOST_OVERLOOKED, covers
 from rigid.inference.search import Found
+from rigid.inference.search_cache import Searched
 from rigid.inference.settled import CHANCE, Settled
 from rigid.inference.summary import Check
 from rigid.localfit.leave_one_out import gap
@@ -35,6 +37,26 @@ def residuals(overall: float, channels: Mapping[str, float]) -> Check:
 def optimum(found: Settled) -> Check:
     """Whether the place where a search or a refit ended can be believed to be its optimum."""
     return Check("optimum", found.ok, found.says)
+
+
+def covered(known: Searched, weighed: bool) -> Check:
+    """Whether what made the draws reaches all of the posterior, which R-hat cannot see.
+
+    - `weighed`: draws count by the posterior itself. Else walkers made them, which begin in the law
+      around the best fits and take most of their steps from it.
+    """
+    if weighed:
+        return Check("covered", True, "every draw counts by its weight in the posterior")
+    share, left_out = known.weights.kish, known.overlooked
+    ok = covers(known)
+    said = (
+        f"{share:.1%} of the draws of the law that walkers begin in count (at least "
+        f"{LEAST_SHARE:.0%} must), and of what lies around conditional modes it leaves out "
+        f"{left_out:.0%} (at most {MOST_OVERLOOKED:.0%})"
+    )
+    if not ok:
+        said += ": what walkers miss R-hat does not show, and intervals may be too narrow"
+    return Check("covered", ok, said)
 
 
 def noise(found: Found) -> Check:

@@ -16,6 +16,7 @@ from rigid.inference.nested import nested
 from rigid.inference.posterior import stack
 from rigid.inference.proposal import UNRELIABLE, kish, pareto_shape
 from rigid.inference.sample import Draws, Settings, sample
+from rigid.inference.sampling import covers
 from rigid.inference.search_cache import Searched
 from rigid.likelihood.problem import (
     Problem,
@@ -30,7 +31,7 @@ ESS = 200.0
 """Independent draws that weighted ones are to be worth: a rank then is known to 0.035 or better,
 which adds less than 2 % to the variance that ranks have from campaign to campaign (1/12)."""
 BATCH, MOST_DRAWS = 2048, 12_288
-SLICES, MOST_SLICES = 200, 1200
+SLICES, MOST_SLICES = 200, 2400
 """Draws at conditional modes of their own in a lot, and at most."""
 ENSEMBLES, CHAIN_BLOCK, CHAIN_STEPS, R_HAT = 2, 50, 3000, 1.02
 """Of a chain that takes over where weights do not do: the fewest ensembles that R-hat compares, one
@@ -52,7 +53,8 @@ class Weighted:
     - `sensors`: by label, (5, n): mean of gain and zero, variance of the gain, covariance, variance
       of the zero, given z.
     - `pareto_k`: shape of the weights' tail; None where all weigh the same, as those of a chain.
-    - `by`: how they were drawn, one of BY. - `settled`: whether a chain has met its stopping rule.
+    - `by`: how they were drawn, one of BY. - `settled`: whether a chain has met its stopping rule,
+      begun in a law that covers the posterior.
     """
 
     z: np.ndarray
@@ -156,7 +158,8 @@ def sliced(known: Searched, rng: np.random.Generator) -> Weighted | None:
 def chained(known: Searched, seed: int) -> Weighted:
     """Draws of a short chain, whose walkers take most of their steps from the law over the modes.
 
-    It ends once its draws are worth ESS.
+    It ends once its draws are worth ESS. Where that law does not cover the posterior they are not
+    to be trusted, as in a fit (check `covered`).
     """
     problem, chart = known.found.problem, known.chart
     settings = Settings(
@@ -170,7 +173,10 @@ def chained(known: Searched, seed: int) -> Weighted:
     )
     density = chart.density(lambda z: np.asarray(log_posterior(problem, jnp.asarray(z))))
     found = sample(density, known.law, settings)
-    return of_chain(problem, dataclasses.replace(found, z=chart.standard(found.z)))
+    usable = found.converged and covers(known)
+    return of_chain(
+        problem, dataclasses.replace(found, z=chart.standard(found.z), converged=usable)
+    )
 
 
 def of_chain(problem: Problem, draws: Draws) -> Weighted:

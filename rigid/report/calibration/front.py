@@ -22,6 +22,8 @@ NEXT = {
     "else the model lacks something, and `rigid discover` on this spec says what could be missing.",
     "converged": "Run again with `--resume` and a larger `max_steps` in `[sampler]`; more starts "
     "help where the ensembles are in different modes.",
+    "covered": "Records tell a combination of numbers and hardly its parts, as k_LC and k_frame: "
+    "narrow the prior of the part that you know best, or take a record that tells it.",
     "starts": "Raise `starts` in `[sampler]`: the best optimum was found too rarely to be trusted.",
     "optimum": "Look at the number that is named first: its prior may be wrong, or the model lacks "
     "something that pulls it away; `rigid discover` on this spec says what could be missing.",

@@ -37,7 +37,7 @@ from rigid.likelihood.set_aside import listed
 from rigid.plots.metrology import digits_apart
 from rigid.report.paper_values import of_the_paper, printed
 from rigid.report.taken import taken
-from rigid.report.usability import noise, optimum, residuals
+from rigid.report.usability import covered, noise, optimum, residuals
 from rigid.spec import Spec
 
 REPORTED_HZ = (0.01, 80.0, 100.0)
@@ -116,6 +116,7 @@ def checks(done: Calibrated) -> list[Check]:
     """What must hold for the result to be used."""
     best = done.found.optima[0]
     listed = [Check("converged", bool(done.draws.converged), done.draws.says)]
+    listed.append(covered(done.known, done.draws.weighed))
     starts = f"{best.reached} of {done.found.starts} starts ended in the best optimum"
     enough = best.reached >= min(LEAST_SHARE_OF_STARTS, done.found.starts)
     listed += [Check("starts", enough, starts), optimum(done.found.settled)]
