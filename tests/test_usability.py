@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from rigs import release_problem
 
-from rigid.inference.newton import is_noise
 from rigid.inference.calibrate import propose
+from rigid.inference.newton import is_noise
 from rigid.inference.sampling import LEAST_SHARE, MOST_OVERLOOKED
 from rigid.inference.search import search
 from rigid.likelihood.assemble import assemble

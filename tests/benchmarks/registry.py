@@ -9,11 +9,13 @@ import friction
 import growth
 import joint
 import release
+import wait
 import wall
 from campaign import Bench
 from table import Row
 
 ROWS: dict[str, Callable[[Bench], list[Row]]] = {
+    "wait": wait.rows,
     "joint": joint.rows,
     "compile": compiling.rows,
     "friction": friction.rows,

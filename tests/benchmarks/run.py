@@ -15,7 +15,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 NAMES = (
-    "joint", "compile", "friction", "release", "wall", "ess", "pints", "numpyro", "growth",
+    "wait", "joint", "compile", "friction", "release", "wall", "ess", "pints", "numpyro", "growth",
     "accuracy",
 )  # fmt: skip
 
