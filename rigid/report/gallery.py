@@ -110,7 +110,7 @@ def illustration(drawn: Drawn, section: str, folder: Path | None = None) -> Illu
 def _settle(figure: Figure) -> None:
     """Lay the figure out once: three formats of it differ in nothing."""
     with house_style():
-        FigureCanvasAgg(figure).draw()
+        figure.draw_without_rendering()
         figure.set_layout_engine("none")
 
 
