@@ -14,6 +14,7 @@ import numpy as np
 from rigid.inference.calibrate import KEPT_STEPS, MODE_DRAWS, PREDICTED, TABLED_STEPS
 from rigid.inference.friction_curve import FREQUENCIES, scopes
 from rigid.inference.newton import is_noise
+from rigid.inference.tangents import tangents
 from rigid.io.errors import InputError
 from rigid.io.progress import duration
 from rigid.jobs.memory import available
@@ -167,10 +168,10 @@ def _local(problem: Problem) -> int:
 
     LAW more of every sample are its law's: residual, value, score, curvature, each once weighted.
     """
-    free = int(np.count_nonzero(~is_noise(problem)))
-    design = free + 2 * len(problem.sensors)
-    ours = _cells(problem) * (2 * free + 2 * design + LAW)
-    return DOUBLE * (ours + _on_the_way(problem) * free)
+    directions = tangents(problem, np.flatnonzero(~is_noise(problem))).along.shape[1]
+    design = directions + 2  # gain and zero of the sensor
+    ours = _cells(problem) * (2 * directions + 2 * design + LAW)
+    return DOUBLE * (ours + _on_the_way(problem) * directions)
 
 
 def _batch(problem: Problem, wide: int) -> int:
