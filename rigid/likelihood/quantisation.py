@@ -143,8 +143,11 @@ def curve(sigma: Array, step: float | Array) -> Curve:
     place = jnp.asarray(BASIS.places).reshape((-1,) + (1,) * jnp.ndim(sigma))
     exact = interval(place * reach * sigma, sigma, step).value
     ratio = exact / ((place * place + 0.5) * reach**2)
-    parts = (BASIS.value, BASIS.slope, BASIS.curvature)
-    return Curve(*(jnp.tensordot(jnp.asarray(part), ratio, 1) for part in parts), reach, sigma)
+
+    def powers(basis: np.ndarray) -> Array:
+        return jnp.tensordot(jnp.asarray(basis), ratio, 1)
+
+    return Curve(powers(BASIS.value), powers(BASIS.slope), powers(BASIS.curvature), reach, sigma)
 
 
 def _horner(powers: Array, t: Array) -> Array:
