@@ -129,6 +129,8 @@ def _refined(local: LocalFit, chord: bool, most: int) -> LocalFit:
     if not end.stuck:
         return end.best
     renewed = expanded(local.family, Point.beside(end.best, end.best.w))
+    if not renewed.finite:  # it can be simulated there, but not told how it changes
+        return end.best
     return descended(Program(local.family, kept=renewed.design), [renewed], most, CLOSER)[0]
 
 
