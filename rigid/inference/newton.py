@@ -1,10 +1,10 @@
 """Damped Newton steps to an optimum of the exact likelihood, gains and zeros of sensors included.
 
 One evaluation returns the value, the gradient and the information matrix: scores and curvatures
-of the samples, carried through the tangents of the simulation in forward mode, a walker a
-tangent. `ScoringSolver` lets optimistix make its damped Newton steps and its trust region with
-that, one evaluation a step. The least-squares solvers of optimistix would linearise residuals,
-which there are none of where a sample is an interval.
+of the samples, carried through the derivatives of the simulation in forward mode, a walker for
+each direction (`tangents`). `ScoringSolver` lets optimistix make its damped Newton steps and its
+trust region with that, one evaluation a step. The least-squares solvers of optimistix would
+linearise residuals, which there are none of where a sample is an interval.
 """
 
 from typing import Any, NamedTuple
