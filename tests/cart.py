@@ -36,6 +36,15 @@ walkers = 16
 ess = 100.0
 r_hat = 1.1
 """
+SECOND = """
+[[records]]
+name = "{name}"
+kind = "{kind}"
+{more}
+[records.channels]
+{channels}
+"""
+"""A further record of the cart, to be put before the sampler."""
 
 
 def write_cart(

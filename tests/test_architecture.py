@@ -61,7 +61,7 @@ WITHIN = {
         ("page", "gallery", "made"),
         ("section",),
         ("calibration", "discovery", "laws", "bands", "published", "season", "plan", "validation"),
-        ("compare", "paper"),
+        ("compare", "paper", "parted"),
     ),
 }
 

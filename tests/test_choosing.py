@@ -22,7 +22,6 @@ from rigid.friction.comparison import (
     TIED,
     ModelEvidence,
     compare,
-    next_record,
     probabilities,
     verdict_of,
 )
@@ -63,6 +62,8 @@ from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import data_of, lay_out, terms
 from rigid.localfit.scatter import CAMPAIGNS, Judge, Scattered, scattered
 from rigid.localfit.trust_region import Model, moved_within, promised, solved
+from rigid.planning.change import Change
+from rigid.planning.parting import Parting
 from rigid.report.laws.output import as_csv, as_dict
 from rigid.report.laws.present import content, table
 from rigid.report.laws.section import KIND
@@ -502,8 +503,7 @@ def test_two_laws_compared_from_fits_to_the_page(plain):
     for variant in VARIANTS:
         assert first.probability[variant] + second.probability[variant] == pytest.approx(1.0)
     assert compared.parts == tuple(first.local.layout.tracks)
-    further = next_record(compared)
-    assert (further is None) == (not compared.tied)
+    further = Parting(Change("free-run-1", flow=2.0), (1.2,), 0.0, None)
     spec = load_spec(Path(__file__).parents[1] / "fits" / "calibration.toml")
     made = as_dict(spec, compared, further, 5)
     assert json.loads(json.dumps(made, allow_nan=False)) == made

@@ -34,7 +34,6 @@ from rigid.io.errors import InputError
 from rigid.kinds import KINDS
 from rigid.likelihood.assemble import assemble
 from rigid.likelihood.problem import log_density
-from rigid.localfit.next_record import worded
 from rigid.records.read import read_records
 from rigid.spec import load_spec
 

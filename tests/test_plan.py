@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 import small_campaign
-from cart import write_cart
+from cart import SECOND, write_cart
 
 from rigid import load, plan
 from rigid.inference.derived import values_of
@@ -15,18 +15,10 @@ from rigid.inference.search import Found, search
 from rigid.io.errors import InputError
 from rigid.likelihood.problem import Problem
 from rigid.planning import ranking
-from rigid.planning.change import Change, changed, limits_of, own, placed, stated
+from rigid.planning.change import Change, as_taken, changed, own, placed, stated
 from rigid.planning.information import added, sd
+from rigid.planning.limits import Beyond, beyond, limits_of
 from rigid.planning.quantity import quantity_of, slope, unit_of, usual
-
-SECOND = """
-[[records]]
-name = "{name}"
-kind = "{kind}"
-{more}
-[records.channels]
-{channels}
-"""
 
 
 def told(problem: Problem, found: Found, name: str) -> float:
@@ -118,8 +110,12 @@ def test_a_spec_names_candidates_costs_and_limits(campaign):
         '[[plan.records]]\nlike = "snap"\npreload = 1.5\ncost = 2.0\n',
     ).spec
     assert stated(asked, campaign.problem) == (Change("snap", preload=1.5, cost=2.0),)
-    assert limits_of(asked)["load"] == 9e3
-    assert limits_of(campaign.spec)["load"] == campaign.spec.sensors["load"].range[1]
+    snap = Change("snap")
+    assert limits_of(asked, snap)["load"] == 9e3
+    sheet = campaign.spec.sensors["load"]
+    assert limits_of(campaign.spec, snap)["load"] == sheet.range[1]
+    half = Change("snap", ranges={"load": 0.5})
+    assert limits_of(campaign.spec, half)["load"] == 0.5 * sheet.range[1]
 
 
 @pytest.mark.parametrize(
@@ -129,6 +125,8 @@ def test_a_spec_names_candidates_costs_and_limits(campaign):
         ('like = "squeeze"\npreload = 2.0', "has no preload to change"),
         ('like = "snap"\nflow = 2.0', "has no flow to change"),
         ('like = "snap"\npreload = -1.0', "preload"),
+        ('like = "snap"\nranges = { lood = 2.0 }', "did you mean 'load'?"),
+        ('like = "snap"\nranges = { pressure = 2.0 }', "unknown sensor 'pressure'; known are"),
     ],
 )
 def test_a_candidate_that_cannot_be_is_told(campaign, entry, says):
@@ -139,7 +137,7 @@ def test_a_candidate_that_cannot_be_is_told(campaign, entry, says):
 def test_only_the_candidate_counts_in_its_problem(campaign):
     change = Change("stroll", flow=2.0, interval=2.0)
     base = campaign.problem
-    new = changed(campaign.spec, campaign.records, base, change)
+    new = changed(campaign.spec, campaign.records, base, (change,))
     assert new.parameters.labels == base.parameters.labels
     lengths = {}
     for piece in new.pieces:
@@ -151,7 +149,7 @@ def test_only_the_candidate_counts_in_its_problem(campaign):
     assert lengths["stroll,left"] == pytest.approx(was["stroll,left"] / 2, abs=1)
     assert lengths["squeeze,left"] == was["squeeze,left"]
     z = np.full(base.parameters.size, 0.3)
-    moved = placed(base, new, change, z)
+    moved = placed(base, new, (change,), z)
     before, after = (values_of(base, v[None]) for v in (z, moved))
     for one in base.parameters.sampled:
         factor = 2.0 if one.base == "kappa" and one.record == "stroll" else 1.0
@@ -161,11 +159,43 @@ def test_only_the_candidate_counts_in_its_problem(campaign):
     assert {p.record for p in own(new, change)} == {"stroll"}
 
 
+def test_a_longer_record_opens_its_valve_for_as_much_longer(campaign):
+    change = Change("stroll", duration=2.0)
+    new = changed(campaign.spec, campaign.records, campaign.problem, (change,))
+    was = next(t for t in campaign.problem.tracks if t.label == "stroll,left")
+    now = next(t for t in new.tracks if t.label == "stroll,left")
+    assert now.interval == was.interval
+    assert now.samples == pytest.approx(2 * was.samples, abs=2)
+    (taken, _) = as_taken(campaign.spec, campaign.records, change, "next").records
+    (shut,) = (s.until for s in taken.valve if np.isfinite(s.until))
+    (before,) = {s.until for s in campaign.records[1].valve if np.isfinite(s.until)}
+    assert shut == 2.0 * before
+    (other,) = (r for r in campaign.spec.records if r.name == "snap")
+    assert (
+        changed(campaign.spec, campaign.records, campaign.problem, (Change("snap", duration=2.0),))
+        .track("snap,left")
+        .samples
+        > campaign.problem.track("snap,left").samples
+    )
+    assert other.preload is not None
+
+
+def test_half_the_range_halves_the_step_of_the_converter(campaign):
+    """And a record of a coarser converter tells less, never more."""
+    steps = {}
+    for by in (1.0, 0.5):
+        change = Change("stroll", ranges={"load": by})
+        new = changed(campaign.spec, campaign.records, campaign.problem, (change,))
+        steps[by] = {p.quantity: p.sheet.step for p in new.pieces}
+    assert steps[0.5]["load"] == 0.5 * steps[1.0]["load"] > 0.0
+    assert steps[0.5]["pressure"] == steps[1.0]["pressure"]
+
+
 def test_what_is_beyond_a_limit_is_not_taken():
-    read = [ranking._Told(np.zeros((1, 1)), {"load": load}) for load in (1e3, 3e3, 4e3)]
-    assert ranking._beyond(read, {"load": 5e3}) is None
-    found = ranking._beyond(read, {"load": 2e3})
-    assert found == ranking.Beyond("load", 3e3, 2e3)
+    read = [{"load": load} for load in (1e3, 3e3, 4e3)]
+    assert beyond(read, {"load": 5e3}) is None
+    found = beyond(read, {"load": 2e3})
+    assert found == Beyond("load", 3e3, 2e3)
     one = ranking.Ranked(Change("a"), np.full((1, 3, 2), 0.5), found)
     other = dataclasses.replace(one, change=Change("b", cost=2.0), beyond=None)
     assert one.worth == pytest.approx(np.log(2.0))

@@ -9,7 +9,8 @@ import rigid
 from rigid.inference.derived import values_of
 from rigid.inference.newton import is_noise
 from rigid.inference.search import search
-from rigid.planning.change import Change, changed, driven, placed, stated
+from rigid.planning.change import Change, changed, placed, stated
+from rigid.planning.limits import driven
 from rigid.planning.quantity import quantity_of, slope
 
 
@@ -29,11 +30,11 @@ def test_what_can_be_changed_is_what_drives_a_run(name, setting, number, tmp_pat
         Change(run, **{setting: factor}) if factor != 1.0 else Change(run)
         for factor in (0.5, 1.0, 2.0)
     )
-    new = changed(study.spec, study.records, study.problem, changes[-1])
+    new = changed(study.spec, study.records, study.problem, changes[-1:])
     z = np.full(study.problem.parameters.size, 0.2)
     before, after = (
         values_of(study.problem, one[None])
-        for one in (z, placed(study.problem, new, changes[-1], z))
+        for one in (z, placed(study.problem, new, changes[-1:], z))
     )
     moved = {label for label in before if float(after[label][0]) != float(before[label][0])}
     begun = {label for label in before if label.startswith(("x_start", "v_start"))}
@@ -46,7 +47,7 @@ def test_what_can_be_changed_is_what_drives_a_run(name, setting, number, tmp_pat
 def test_a_command_is_driven_along_straight_lines(tmp_path):
     study = machine("shaker", tmp_path)
     change = Change("sweep", drive=0.5, interval=0.5)
-    new = changed(study.spec, study.records, study.problem, change)
+    new = changed(study.spec, study.records, study.problem, (change,))
     was, now = (
         next(np.asarray(t.given.command) for t in problem.tracks if t.label == "sweep,head")
         for problem in (study.problem, new)

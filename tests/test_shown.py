@@ -22,10 +22,11 @@ from rigid.likelihood.problem import Problem
 from rigid.localfit.candidates import Candidate
 from rigid.localfit.hypothesis import Hypothesis
 from rigid.localfit.local import LocalFit
-from rigid.localfit.next_record import Proposal
 from rigid.localfit.samples import ChannelKey, Layout, Terms
 from rigid.localfit.screening import Around, screen
 from rigid.localfit.where import Where
+from rigid.planning.change import Change
+from rigid.planning.parting import Parting
 from rigid.report.discovery.figures.against import against_figure
 from rigid.report.discovery.figures.hidden import hidden_figure
 from rigid.report.discovery.figures.residuals import residuals_figure
@@ -244,7 +245,11 @@ def test_one_number_of_each_sort_is_told_and_the_rest_counted():
     ("apart", "often"), [(1.64, "95 %"), (0.0, "50 %"), (4.0, "more than 99 %")]
 )
 def test_a_record_is_proposed_with_how_often_it_tells(apart: float, often: str):
-    assert Proposal("a free run", apart).sentence.endswith(f"told apart in {often} of campaigns")
+    taken = Parting(Change("free-run-1", flow=2.0), (apart,), 0.0, None)
+    assert taken.sentence == (
+        "a record like free-run-1, 2 times its flow fraction: with it, the two are told apart in "
+        f"{often} of campaigns"
+    )
 
 
 def test_numbers_are_told_in_words_whatever_record_or_branch_they_are_of():

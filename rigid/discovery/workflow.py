@@ -20,13 +20,13 @@ from rigid.io.cache import NOTHING_KEPT, Shelf
 from rigid.likelihood.priors import AbstractPrior
 from rigid.likelihood.problem import Problem
 from rigid.localfit.ascent import refined
+from rigid.localfit.candidates import Candidate
 from rigid.localfit.expansion import Point, expanded
-from rigid.localfit.families import Effects, families
+from rigid.localfit.families import Effects, Family, families
 from rigid.localfit.hypothesis import Hypothesis, start
 from rigid.localfit.leave_one_out import HeldOut, gap, held_out_gap, left_out, units
 from rigid.localfit.leave_one_out import Judged as Fit
 from rigid.localfit.local import LocalFit, with_weights
-from rigid.localfit.next_record import between_effects
 from rigid.localfit.samples import lay_out
 from rigid.localfit.screening import Around, Screening, screen
 from rigid.localfit.weights import facts
@@ -87,7 +87,7 @@ class Step:
     - `refits`: by name. - `chosen`: the effect added, None where none is.
     - `place`, `equation`: where it shows. - `judged`: None where nothing was added.
     - `placebo`: what an effect with another signature explains, as a share of the chosen one;
-      median.
+      median. - `next_record`: what would part the likeliest two, in words.
     - `refused`: why the likeliest effect is not named all the same, by its name; mostly empty.
     """
 
@@ -103,16 +103,41 @@ class Step:
     next_record: str | None = None
     refused: Mapping[str, str] = dataclasses.field(default_factory=dict)
 
+    @property
+    def tied(self) -> "Tied | None":
+        """The likeliest effect and the next, where the records do not part them."""
+        if self.verdict != "indistinguishable" or self.chosen is None:
+            return None
+        chance = self.probability
+        rest = [name for name in chance if name in self.explained.effects and name != self.chosen]
+        if not rest:
+            return None
+        return tied(self.explained, self.chosen, max(rest, key=lambda name: chance[name]))
+
+
+class Tied(NamedTuple):
+    """Two effects, each where it explains most, and the amplitude of the first."""
+
+    both: tuple[Candidate, Candidate]
+    amplitude: float
+
+
+def tied(found: Explained, first: str, other: str) -> Tied:
+    """Return two effects, each where it explains most, and the amplitude of the first there."""
+    mine, its = found.best_of(first), found.best_of(other)
+    return Tied((found.listed[mine], found.listed[its]), float(found.screening.estimate[mine]))
+
 
 @dataclasses.dataclass(frozen=True)
 class Outcome:
     """All of it.
 
-    - `base`: the fit of the model as specified. - `steps`. - `last`: what was weighed at the end.
-    - `final`: the fit with all that was added.
+    - `base`: the fit of the model as specified. - `programs`: of all candidates. - `steps`.
+    - `last`: what was weighed at the end. - `final`: the fit with all that was added.
     """
 
     base: LocalFit
+    programs: tuple[Family, ...]
     bench: Bench
     steps: tuple[Step, ...]
     last: Explained
@@ -123,6 +148,13 @@ class Outcome:
     def verdict(self) -> str:
         """That of the first step, or that nothing is missing."""
         return self.steps[0].verdict if self.steps else "nothing-missing"
+
+    def before(self, number: int) -> LocalFit:
+        """Return the fit around which a step weighed its explanations."""
+        for step in reversed(self.steps[:number]):
+            if step.chosen is not None:
+                return step.refits[step.chosen].after
+        return self.base
 
 
 def discover(
@@ -137,6 +169,17 @@ def discover(
     - `best`: z and standard gains and zeros of a search's optimum. - `effects`: the candidates.
     - `given`: priors of their parameters, by label, that go before their own.
     """
+    return _steps(first_turn(problem, best, effects, given, running))
+
+
+def first_turn(
+    problem: Problem,
+    best: tuple[np.ndarray, np.ndarray],
+    effects: Effects,
+    given: Mapping[str, AbstractPrior],
+    running: Running,
+) -> "Turn":
+    """Fit the model as specified and work out what each candidate would leave; as in `discover`."""
     report = running.report
     programs = families(problem, effects)
     layout = lay_out(problem)
@@ -150,7 +193,7 @@ def discover(
     bench = laid_out(Fitted(base, programs), effects, running.shelf)
     everything = np.concatenate([bench.signatures, bench.bumps.columns], axis=1)
     base = refined(with_weights(base, facts(base, everything)))
-    return _steps(Turn(Fitted(base, programs), bench, running))
+    return Turn(Fitted(base, programs), bench, running)
 
 
 def weigh(local: LocalFit, bench: Bench, seed: int) -> Explained:
@@ -207,8 +250,9 @@ def _steps(turn: Turn) -> Outcome:
             break
         turn = turn.after(refits[steps[-1].chosen])
         said = odds(turn.found)
+    programs = turn.fit.programs
     return Outcome(
-        base, turn.bench, tuple(steps), turn.found, dict(said.probability), turn.fit.local
+        base, programs, turn.bench, tuple(steps), turn.found, dict(said.probability), turn.fit.local
     )
 
 
@@ -283,7 +327,6 @@ def _step(turn: Turn, said: Odds, refits: dict[str, Refit]) -> Step:
         one.candidate.effect.equation,
         judged,
         _placebo(found, chosen),
-        _further(turn, probability, chosen) if verdict != "named" else None,
     )
 
 
@@ -315,19 +358,6 @@ def refusal(one: Refit, judged: Judged) -> str:
             f"{difference:+.1f}, standard error {error:.1f})"
         )
     return ""
-
-
-def _further(turn: Turn, probability: dict[str, float], chosen: str) -> str | None:
-    """The record that would part the likeliest effect from the next."""
-    found = turn.found
-    rest = {k: v for k, v in probability.items() if k in found.effects and k != chosen}
-    if not rest:
-        return None
-    mine, other = found.best_of(chosen), found.best_of(max(rest, key=lambda k: rest[k]))
-    pair = found.listed[mine], found.listed[other]
-    amplitude = float(found.screening.estimate[mine])
-    proposal = between_effects(turn.fit.local, turn.fit.programs, pair, amplitude)
-    return None if proposal is None else proposal.sentence
 
 
 def _changed(local: LocalFit, change: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:

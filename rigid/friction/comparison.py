@@ -16,7 +16,6 @@ from rigid.likelihood.priors import AbstractPrior
 from rigid.localfit.integral import evidence
 from rigid.localfit.leave_one_out import HeldOut, Judged, Rows, left_out, units
 from rigid.localfit.local import LocalFit
-from rigid.localfit.next_record import Proposal, between_fits
 from rigid.localfit.samples import Layout
 from rigid.localfit.scatter import Scattered, scattered
 
@@ -118,20 +117,6 @@ def compare(fitted: FittedModels, seed: int, shelf: Shelf = NOTHING_KEPT) -> Com
     names = tuple(_named(layout, rows) for rows in parts)
     verdict = verdict_of([ModelEvidence(one.model, one.evidence, one.tied) for one in standings])
     return Comparison(tuple(standings), verdict, names, fitted)
-
-
-def next_record(found: Comparison) -> Proposal | None:
-    """Find the record that parts the first model best from the likeliest of those tied with it.
-
-    None where nothing is tied or no record has a setting.
-    """
-    if not found.tied:
-        return None
-    first, second = found.first, found.tied[0]
-    programs = found.fitted.programs
-    return between_fits(
-        (first.local, second.local), (programs.of(first.model), programs.of(second.model))
-    )
 
 
 def _left(

@@ -61,6 +61,10 @@ class Family:
             return self.width
         return LANES if self.steady else FEW
 
+    def over(self, problem: Problem) -> "Family":
+        """Return the program of the same effects for other records of the same model."""
+        return dataclasses.replace(_family(problem, self.effects), width=self.width)
+
 
 def families(
     problem: Problem, candidates: Iterable[type[AbstractEffect]], together: bool = False

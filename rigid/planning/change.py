@@ -1,7 +1,8 @@
 """A record that could be taken: like one of those there, some of its settings changed."""
 
 import dataclasses
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -9,13 +10,14 @@ from jaxtyping import Float
 from rigid.io.errors import InputError
 from rigid.kinds import KINDS
 from rigid.likelihood.assemble import assemble
+from rigid.likelihood.channels import Piece
 from rigid.likelihood.machine_group import P_START, V_START, X_START
 from rigid.likelihood.parameters import Parameter
 from rigid.likelihood.problem import Problem
 from rigid.localfit.candidates import standard_of
 from rigid.records.record import Channel, Record
 from rigid.spec import Known, Spec
-from rigid.spec.record import RecordSpec
+from rigid.spec.record import RecordSpec, Stretch
 from rigid.spec.sentences import unknown
 from rigid.spec.values import PlanRecordSpec
 
@@ -35,14 +37,18 @@ class Change:
 
     - `like`: name of a record. - `preload`, `flow`: times those of that record. - `drive`: times
       the force or the command that is recorded in a run, and where it begins if it is in motion.
-    - `interval`: times its sampling interval. - `cost`: of one such record, in any unit.
+    - `duration`: times how long it and every position of its valve last, and so its stroke.
+    - `interval`: times its sampling interval. - `ranges`: times the range of sensors, and with it
+      the step of their converters, by quantity. - `cost`: of one such record, in any unit.
     """
 
     like: str
     preload: float = 1.0
     flow: float = 1.0
     drive: float = 1.0
+    duration: float = 1.0
     interval: float = 1.0
+    ranges: Mapping[str, float] = dataclasses.field(default_factory=dict)
     cost: float = 1.0
 
     @property
@@ -52,20 +58,25 @@ class Change:
             "preload": self.preload,
             "flow fraction": self.flow,
             "drive": self.drive,
+            "duration": self.duration,
             "sampling interval": self.interval,
-        }
+        } | {f"range of {quantity}": by for quantity, by in self.ranges.items()}
         parts = [f"{by:g} times its {what}" for what, by in factors.items() if by != 1.0]
         return f"like {self.like}, {' and '.join(parts)}" if parts else f"{self.like} again"
 
 
 def usual(spec: Spec, problem: Problem) -> tuple[Change, ...]:
     """Candidates where a spec names none: every record again, and with a setting changed."""
-    found: dict[Change, None] = {}
+    found: list[Change] = []
     for name in dict.fromkeys(r.name for r in spec.records if r.fit):
-        for factor in SETTINGS:
-            setting = _setting(spec, problem, name)
-            found[Change(name) if setting is None else Change(name, **{setting: factor})] = None
+        setting = _setting(spec, problem, name)
+        again = Change(name)
+        found += [again] if setting is None else [_with(again, setting, by) for by in SETTINGS]
     return tuple(found)
+
+
+def _with(change: Change, setting: str, factor: float) -> Change:
+    return dataclasses.replace(change, **{setting: factor})
 
 
 def _setting(spec: Spec, problem: Problem, name: str) -> str | None:
@@ -103,19 +114,33 @@ def _stated(spec: Spec, problem: Problem, one: PlanRecordSpec) -> Change:
                 f"{where} = '{one.like}': a {mine[0].kind} of this programme has no {name} to "
                 f"change; leave `{name}` out"
             )
+    if one.duration != 1.0 and setting not in ("preload", "flow"):
+        raise InputError(
+            f"{where} = '{one.like}': what was done in a {mine[0].kind} is recorded, and would be "
+            "done more slowly; leave `duration` out"
+        )
+    read = sorted({q for r in mine for q in r.channels if q in spec.sensors.stated})
+    for quantity in one.ranges:
+        if quantity not in read:
+            raise InputError(f"{where} = '{one.like}', ranges: {unknown('sensor', quantity, read)}")
     return Change(**one.model_dump())
 
 
-def changed(spec: Spec, records: tuple[Record, ...], base: Problem, change: Change) -> Problem:
-    """Return the problem in which the record that is like the candidate is the candidate.
+def changed(
+    spec: Spec, records: tuple[Record, ...], base: Problem, changes: Sequence[Change]
+) -> Problem:
+    """Return the problem in which the records that candidates are like are those candidates.
 
     - `base`: problem of the records as they are, weighted for what is correlated in them.
+    - `changes`: the same settings of all, by as much; of two that are like one record the last.
 
-    What other records read does not count in it, nor does the data of the candidate mean anything.
+    What other records read does not count in it, nor does the data of the candidates mean anything.
     """
-    specs = tuple(_restated(r, change) if r.name == change.like else r for r in spec.records)
-    listed = tuple(_resampled(r, change) if r.name == change.like else r for r in records)
+    by_name = {one.like: one for one in changes}
+    specs = tuple(_restated(r, by_name[r.name]) if r.name in by_name else r for r in spec.records)
+    listed = tuple(_resampled(r, by_name[r.name]) if r.name in by_name else r for r in records)
     new = assemble(spec.model_copy(update={"records": specs}), listed)
+    new = dataclasses.replace(new, pieces=tuple(_ranged(p, changes[0].ranges) for p in new.pieces))
     weight = _mean_weights(base)
     found = {}
     for piece in new.pieces:
@@ -124,9 +149,18 @@ def changed(spec: Spec, records: tuple[Record, ...], base: Problem, change: Chan
             here = new.groups[piece.group].tracks[track]
             counts = weight.get((here.label, piece.quantity), 1.0)
             read = np.asarray(piece.weight)[:, i] > 0.0
-            columns.append(counts * read if here.name == change.like else 0.0 * read)
+            columns.append(counts * read if here.name in by_name else 0.0 * read)
         found[piece.group, piece.quantity] = np.stack(columns, axis=1)
     return new.with_weights(found)
+
+
+def _ranged(piece: Piece, ranges: Mapping[str, float]) -> Piece:
+    """The piece as a sensor of another range would read it: its converter counts as many steps."""
+    by = ranges.get(piece.quantity, 1.0)
+    if by == 1.0:
+        return piece
+    sheet = dataclasses.replace(piece.sheet, step=by * piece.sheet.step, stated_step=None)
+    return dataclasses.replace(piece, sheet=sheet)
 
 
 class Taken(NamedTuple):
@@ -159,23 +193,31 @@ def _mean_weights(problem: Problem) -> dict[tuple[str, str], float]:
 
 
 def _restated(record: RecordSpec, change: Change) -> RecordSpec:
-    if record.preload is None:
-        return record
-    old = record.preload
-    new = Known(value=change.preload * old.value, sd=change.preload * old.sd)
-    return record.model_copy(update={"preload": new})
+    new: dict[str, Any] = {"valve": _slowed(record.valve, change)}
+    if record.preload is not None:
+        old = record.preload
+        new["preload"] = Known(value=change.preload * old.value, sd=change.preload * old.sd)
+    return record.model_copy(update=new)
+
+
+def _slowed(valve: tuple[Stretch, ...], change: Change) -> tuple[Stretch, ...]:
+    """The valve's programme, every position of it held for as many times its time."""
+    by = change.duration
+    return tuple(one.model_copy(update={"until": by * one.until}) for one in valve)
 
 
 def _resampled(record: Record, change: Change) -> Record:
-    """The record driven otherwise and at other instants.
+    """The record driven otherwise, for another time and at other instants.
 
     Its own readings nearby stand in for those of the sensors, until these are simulated; forces and
     commands are straight lines between samples.
     """
-    step = change.interval * record.interval
-    count = int(np.floor((record.time[-1] - record.time[0]) / step)) + 1
-    time = record.time[0] + step * np.arange(count) if change.interval != 1.0 else record.time
-    near = np.clip(np.searchsorted(record.time, time), None, len(record.time) - 1)
+    step, first = change.interval * record.interval, record.time[0]
+    same = change.interval == change.duration == 1.0
+    count = int(np.floor(change.duration * (record.time[-1] - first) / step)) + 1
+    time = record.time if same else first + step * np.arange(count)
+    recorded = first + (time - first) / change.duration
+    near = np.clip(np.searchsorted(record.time, recorded), None, len(record.time) - 1)
     given = DRIVES if KINDS[record.kind].solver == "machine" else ()
     channels = {}
     for name, one in record.channels.items():
@@ -183,43 +225,39 @@ def _resampled(record: Record, change: Change) -> Record:
         if name in given:
             values = change.drive * np.interp(time, record.time, one.values)
         channels[name] = Channel(name, values, one.valid[near], one.column, one.unit)
-    uniform = record.uniform or change.interval != 1.0
-    return dataclasses.replace(record, time=time, channels=channels, interval=step, uniform=uniform)
+    return dataclasses.replace(
+        record, time=time, channels=channels, interval=step, uniform=record.uniform or not same,
+        valve=_slowed(record.valve, change),
+    )  # fmt: skip
 
 
 def placed(
-    base: Problem, new: Problem, change: Change, z: Float[np.ndarray, " size"]
+    base: Problem, new: Problem, changes: Sequence[Change], z: Float[np.ndarray, " size"]
 ) -> Float[np.ndarray, " size"]:
     """Return z of the changed problem for z of that of the records as they are."""
-    times = {FLOW: change.flow, TANK: change.flow} | dict.fromkeys(STARTS, change.drive)
+    return moved(base.parameters.sampled, new.parameters.sampled, changes, z)
+
+
+def moved(
+    base: Sequence[Parameter],
+    new: Sequence[Parameter],
+    changes: Sequence[Change],
+    z: Float[np.ndarray, " size"],
+) -> Float[np.ndarray, " size"]:
+    """The same for the numbers that stand first in z, listed for both."""
+    by_name = {one.like: one for one in changes}
     out = np.array(z)
-    for i, one in enumerate(new.parameters.sampled):
-        factor = times.get(one.base, 1.0) if one.record == change.like else 1.0
+    for i, (old, one) in enumerate(zip(base, new, strict=True)):
+        change = by_name.get(one.record)
+        if change is None:
+            continue
+        times = {FLOW: change.flow, TANK: change.flow} | dict.fromkeys(STARTS, change.drive)
+        factor = times.get(one.base, 1.0)
         if factor != 1.0:
-            value = float(base.parameters.sampled[i].prior.from_standard(z[i])) * factor
-            out[i] = standard_of(one.prior, value)
+            out[i] = standard_of(one.prior, float(old.prior.from_standard(z[i])) * factor)
     return out
-
-
-def driven(problem: Problem, change: Change) -> dict[str, float]:
-    """Greatest force and command in the candidate, where it has any."""
-    given = [t.given for t in problem.tracks if t.name == change.like and t.given is not None]
-    found = {}
-    for name in DRIVES:
-        series = [one for one in (getattr(g, name) for g in given) if one is not None]
-        if series:
-            found[name] = max(float(np.abs(np.asarray(one)).max()) for one in series)
-    return found
 
 
 def own(problem: Problem, change: Change) -> list[Parameter]:
     """Uncertain numbers that are the candidate's own: another record of its kind has others."""
     return [one for one in problem.parameters.sampled if one.record == change.like]
-
-
-def limits_of(spec: Spec) -> dict[str, float]:
-    """Greatest reading by quantity: the sensors' ranges, within what the spec allows."""
-    most = {} if spec.plan is None else {str(q): end for q, end in spec.plan.limits.items()}
-    ends = {quantity: sheet.range[1] for quantity, sheet in spec.sensors.stated.items()}
-    kept = {quantity: min(end, most.get(quantity, np.inf)) for quantity, end in ends.items()}
-    return {**kept, "flow fraction": 1.0}

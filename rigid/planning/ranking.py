@@ -15,8 +15,9 @@ from rigid.inference.derived import values_of
 from rigid.inference.newton import is_noise
 from rigid.inference.search_cache import Searched
 from rigid.likelihood.problem import Problem, log_density
-from rigid.planning.change import FLOW, Change, changed, driven, limits_of, own, placed
+from rigid.planning.change import Change, changed, own, placed
 from rigid.planning.information import Point, added, information, point, sd, simulated
+from rigid.planning.limits import Beyond, beyond, limits_of, with_settings
 from rigid.planning.quantity import Quantity, slope
 from rigid.records.record import Record
 from rigid.spec import Spec
@@ -39,7 +40,7 @@ class Ranked:
 
     change: Change
     factor: Float[np.ndarray, "quantities repeats points"]
-    beyond: "Beyond | None"
+    beyond: Beyond | None
 
     def expected(self, quantity: int = 0, repeats: int = 0) -> float:
         """Median over the posterior of the factor."""
@@ -54,15 +55,6 @@ class Ranked:
     def worth(self) -> float:
         """Nats by which the first quantity is known better, for a unit of cost."""
         return -float(np.log(self.expected())) / self.change.cost
-
-
-@dataclasses.dataclass(frozen=True)
-class Beyond:
-    """A limit that a candidate would not keep: of what, what is reached, and what may be."""
-
-    what: str
-    reached: float
-    limit: float
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -112,14 +104,15 @@ def rank(
         before = _sds(now, slopes)
         ranked = []
         for number, change in enumerate(changes, start=1):
-            new = changed(fitted.spec, fitted.records, problem, change)
+            new = changed(fitted.spec, fitted.records, problem, (change,))
             told = list(pool.map(partial(_told, problem, new, change, seed), places))
             after = [
                 _sds([j + n * one.adds for j, one in zip(now, told, strict=True)], slopes)
                 for n in REPEATS
             ]
             factor = np.stack(after, axis=1) / before[:, None]
-            ranked.append(Ranked(change, factor, _beyond(told, limits_of(fitted.spec))))
+            most = [one.greatest for one in told]
+            ranked.append(Ranked(change, factor, beyond(most, limits_of(fitted.spec, change))))
             report(number)
     ranked.sort(key=lambda one: (one.beyond is not None, -one.worth))
     median = np.array([np.median(quantity(points)) for quantity in asked.values()])
@@ -158,24 +151,12 @@ class _Told(NamedTuple):
 
 
 def _told(base: Problem, new: Problem, change: Change, seed: int, at: Point) -> _Told:
-    here = dataclasses.replace(at, z=placed(base, new, change, at.z))
-    made, greatest = simulated(new, here, seed)
-    greatest |= driven(new, change)
+    here = dataclasses.replace(at, z=placed(base, new, (change,), at.z))
+    made, read = simulated(new, here, seed)
     private = own(new, change)
     values = values_of(new, here.z[None])
-    for what, name in (("flow fraction", FLOW), ("load", "preload")):
-        found = [float(values[p.label][0]) for p in private if p.base == name]
-        if found:
-            greatest[what] = max(*found, greatest.get(what, 0.0))
+    set_there = [(p, float(values[p.label][0])) for p in private]
+    greatest = with_settings(read, new, change, set_there)
     free = [p.label for p in new.parameters.sampled if p.base != "noise"]
     places = np.array([free.index(p.label) for p in private], dtype=int)
     return _Told(added(information(made, here), places), greatest)
-
-
-def _beyond(told: list[_Told], limits: Mapping[str, float]) -> Beyond | None:
-    """The first limit that half of the points do not keep."""
-    for what in told[0].greatest:
-        reached = float(np.median([one.greatest[what] for one in told]))
-        if reached > limits.get(what, np.inf):
-            return Beyond(what, reached, limits[what])
-    return None

@@ -189,14 +189,16 @@ FACTOR = Field(gt=0.0, le=1e3)
 class PlanRecordSpec(Value):
     """A record that could be taken: like one of the spec's, settings times those of that record.
 
-    - `cost`: of one such record, in any unit.
+    - `ranges`: times the range of a sensor, by quantity. - `cost`: of one such record, in any unit.
     """
 
     like: str
     preload: Annotated[Real, FACTOR] = 1.0
     flow: Annotated[Real, FACTOR] = 1.0
     drive: Annotated[Real, FACTOR] = 1.0
+    duration: Annotated[Real, FACTOR] = 1.0
     interval: Annotated[Real, FACTOR] = 1.0
+    ranges: Mapping[Quantity, Annotated[Real, FACTOR]] = {}
     cost: Annotated[Real, Field(gt=0.0)] = 1.0
 
 

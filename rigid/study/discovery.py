@@ -1,5 +1,6 @@
 """What is missing from a study's model: the search, the workflow, and what came of them."""
 
+import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -25,6 +26,8 @@ from rigid.likelihood.machine import everywhere
 from rigid.likelihood.problem import Problem
 from rigid.localfit.reference_check import against_reference
 from rigid.localfit.settled import state_of
+from rigid.planning.elsewhere import possible
+from rigid.planning.parting import Pair, best, between_effects
 from rigid.records.record import Record
 from rigid.report.content import Check
 from rigid.report.discovery import compared, output
@@ -184,11 +187,25 @@ def answer(
     with stages(options.quiet) as follow:
         running = Running(seed, follow, shelf)
         outcome = work(asked.problem, best, asked.effects, given_priors(spec), running)
+        outcome = _with_next_records(outcome, asked)
     shelf.clear(KEPT, REFITS)  # tens of megabytes that only a run under way needs
-    return Discovery(asked, outcome, seed, _agreement(found), opened, options.out)
+    return Discovery(asked, outcome, seed, agreement(found), opened, options.out)
 
 
-def _agreement(found: Best) -> Check:
+def _with_next_records(outcome: Outcome, asked: Question) -> Outcome:
+    """Say of every step at which two effects are tied which record would part them best."""
+    steps = []
+    for number, step in enumerate(outcome.steps):
+        if step.tied is not None:
+            pair = Pair(outcome.before(number), outcome.programs, *step.tied)
+            ranked = between_effects(pair, possible(asked.spec, asked.records, asked.problem))
+            record = best(ranked)
+            step = dataclasses.replace(step, next_record=record and record.sentence)
+        steps.append(step)
+    return dataclasses.replace(outcome, steps=tuple(steps))
+
+
+def agreement(found: Best) -> Check:
     """Whether the search is to be believed: two of its starts ended in one place."""
     agree = "two" if found.agree else "no two"
     said = f"{agree} of {found.starts} starts ended in the best optimum"

@@ -6,9 +6,9 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
-from rigid.friction.comparison import Comparison, compare, next_record
+from rigid.friction.comparison import Comparison, compare
 from rigid.friction.fits import Asked, fit_laws
-from rigid.friction.models import FrictionModel, Place, models, with_friction
+from rigid.friction.models import FrictionModel, Place, models, with_friction, without_friction
 from rigid.inference.calibrate import fingerprint
 from rigid.inference.reference_check import SolverCheck
 from rigid.inference.search import best_of_few
@@ -21,6 +21,8 @@ from rigid.likelihood.effect_lookup import marks
 from rigid.likelihood.listing import given_priors
 from rigid.likelihood.problem import Problem
 from rigid.localfit.reference_check import against_reference
+from rigid.planning.elsewhere import possible
+from rigid.planning.parting import Parting, Rivals, best, between_fits
 from rigid.records.record import Record
 from rigid.report.laws.output import as_csv, as_dict
 from rigid.report.laws.present import content, table
@@ -56,7 +58,7 @@ class Laws(CommandResult):
     @cached_property
     def result(self) -> Mapping[str, Any]:
         """All of laws.json."""
-        further = next_record(self.comparison)
+        further = next_record(self.comparison, self.spec, self.records)
         return as_dict(self.spec, self.comparison, further, self.seed, self.solver)
 
     def table(self) -> str:
@@ -72,6 +74,22 @@ class Laws(CommandResult):
         this = content(self.spec, made, provenance(self.spec, self.seed, read))
         write_report(KIND, this, folder)
         Shelf(folder / KEPT).clear()
+
+
+def next_record(found: Comparison, spec: Spec, records: tuple[Record, ...]) -> Parting | None:
+    """Find the record that parts the first model best from the likeliest of those tied with it.
+
+    None where nothing is tied or no record keeps the limits.
+    """
+    if not found.tied:
+        return None
+    first, other = found.first, found.tied[0]
+    programs = found.fitted.programs
+    rivals = Rivals(
+        (first.local, other.local), (programs.of(first.model), programs.of(other.model))
+    )
+    without = without_friction(spec, first.model.place)
+    return best(between_fits(rivals, possible(without, records, first.local.hypothesis.problem)))
 
 
 def compare_laws(

@@ -1,11 +1,15 @@
 """What results of all commands have in common."""
 
+import contextlib
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from rigid.inference.summary import Check
-from rigid.io.files import json_text
+from rigid.io.cli import Options
+from rigid.io.files import json_text, locked
 
 
 class CommandResult(ABC):
@@ -40,3 +44,14 @@ class CommandResult(ABC):
     def taken(self) -> Mapping[str, Any]:
         """What was held exact and set aside, as in the JSON file; empty where it does not say."""
         return self.result if "held_exact" in self.result else {}
+
+
+@contextlib.contextmanager
+def held_folder(options: Options) -> Iterator[Path]:
+    """Hold the folder of a run, or one for as long as the run takes."""
+    if options.out is None:
+        with TemporaryDirectory(prefix="rigid-") as made:
+            yield Path(made)
+    else:
+        with locked(options.out):
+            yield options.out

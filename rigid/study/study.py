@@ -3,11 +3,10 @@
 import contextlib
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
 
 import jax
@@ -41,12 +40,14 @@ from rigid.study.density import LogPosterior
 from rigid.study.discovery import Discovery, Question, answer, candidates
 from rigid.study.fit import Fit
 from rigid.study.laws import Laws, compare_laws
+from rigid.study.parted import Parted, part
 from rigid.study.plan import Plan, plan
+from rigid.study.result import held_folder
 from rigid.study.simulation import Readings, simulate
 from rigid.study.validation import Replicates, Validation, validate
 from rigid.validation.campaign import Base
 
-Result = TypeVar("Result", Discovery, Laws, Plan, Validation)
+Result = TypeVar("Result", Discovery, Laws, Plan, Parted, Validation)
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,7 +157,7 @@ class Study:
         takes = demand(problem, self.solved.sampler)
         takes.require_room(self.spec.path)
         say(quiet, takes.says)
-        with self._running("fit"), _folder(options) as folder:
+        with self._running("fit"), held_folder(options) as folder:
             done = calibrate(self._asked, options, folder, self._first(options, began))
             found = Fit(self.solved, done, time.monotonic() - began)
             if out is not None:
@@ -201,7 +202,7 @@ class Study:
         named = ", ".join(str(path) for path, _ in given) or "not named"
         say(options.quiet, f"spec {self.spec.path}: posterior {named}")
         asked = smoothing(self.spec, self._seed(seed))
-        with self._running("write_bands"), _folder(options) as folder:
+        with self._running("write_bands"), held_folder(options) as folder:
             return write_all(asked, folder, options)
 
     @cached_property
@@ -267,12 +268,33 @@ class Study:
         """
         options = self._options(out, seed, resume, quiet)
         asked = self._asked
-        with self._running("plan"), _folder(options) as folder:
+        with self._running("plan"), held_folder(options) as folder:
             found = plan(asked, quantities, self._seed(seed), options, folder)
             if out is not None:
                 with stage(quiet, WRITE):
                     found.write(folder)
         return found
+
+    def plan_between(
+        self,
+        first: str,
+        other: str,
+        out: Path | str | None = None,
+        *,
+        seed: int | None = None,
+        resume: bool = False,
+        quiet: bool = False,
+    ) -> Parted:
+        """Rank records that could be taken next by how far each parts two effects.
+
+        - `first`, `other`: names of effects that the model lacks.
+
+        Raises InputError for an effect that could not be missing, or a record or a setting that is
+        not there.
+        """
+        options, names = self._options(out, seed, resume, quiet), (first, other)
+        asked = self.question
+        return self._written("plan", options, lambda: part(asked, names, self._seed(seed), options))
 
     def validate(
         self,
@@ -344,17 +366,6 @@ class Study:
     ) -> Options:
         where = None if out is None else Path(out)
         return Options(str(self.spec.path), where, seed, resume, quiet, as_json=False)
-
-
-@contextlib.contextmanager
-def _folder(options: Options) -> Iterator[Path]:
-    """Hold the folder of a run, or one for as long as the run takes."""
-    if options.out is None:
-        with TemporaryDirectory(prefix="rigid-") as made:
-            yield Path(made)
-    else:
-        with locked(options.out):
-            yield options.out
 
 
 def load(name: Path | str, *, own_code: bool = True) -> Study:

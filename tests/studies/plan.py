@@ -101,7 +101,7 @@ def _taken(spec: Any, made: Any, change: Any, rng: np.random.Generator) -> Any:
         if p.label not in new:
             truth[i] = old[like[p.label]]
     own = dataclasses.replace(change, like=NEXT)
-    truth = placed(base.problem, base.problem, own, truth)
+    truth = placed(base.problem, base.problem, (own,), truth)
     records, _ = measured(base, Design(SEED), truth, made.sensors, rng)
     both = made.records + tuple(r for r in records if r.name == NEXT)
     problem = assemble(longer, both)

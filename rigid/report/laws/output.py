@@ -7,10 +7,10 @@ from rigid.friction.prior_widths import AS_STATED
 from rigid.inference.reference_check import SolverCheck
 from rigid.io.files import csv_text, finite
 from rigid.localfit.leave_one_out import gap
-from rigid.localfit.next_record import Proposal
 from rigid.localfit.samples import aside_of
 from rigid.localfit.settled import state_of
 from rigid.localfit.trust_region import promised
+from rigid.planning.parting import Parting
 from rigid.report.taken import taken
 from rigid.report.usability import optimum, residuals_of
 from rigid.spec import Spec
@@ -21,7 +21,7 @@ SCHEMA = 1
 def as_dict(
     spec: Spec,
     found: Comparison,
-    further: Proposal | None,
+    further: Parting | None,
     seed: int,
     solver: SolverCheck | None = None,
 ) -> dict[str, Any]:
@@ -41,7 +41,7 @@ def as_dict(
         "tied": [one.model.name for one in found.tied],
         "next_record": None
         if further is None
-        else {"record": further.words, "apart": finite(further.apart)},
+        else {"record": further.words, "apart": finite(further.apart[0])},
         "gap": finite(left_over),
         "laws": [_law(one, found) for one in found.standings],
         "solver": None if solver is None else solver.values() | {"says": solver.says},

@@ -1,5 +1,6 @@
 """plan.json and plan.csv: records that could be taken, and what each is expected to tell."""
 
+import dataclasses
 from typing import Any
 
 from rigid.inference.proposal import UNRELIABLE
@@ -8,6 +9,8 @@ from rigid.inference.summary import Check
 from rigid.io.files import csv_text, finite
 from rigid.likelihood.set_aside import listed
 from rigid.physics.sensors import UNITS
+from rigid.planning.change import Change
+from rigid.planning.limits import Beyond
 from rigid.planning.quantity import unit_of
 from rigid.planning.ranking import REPEATS, Ranked, Ranking
 from rigid.report.taken import taken
@@ -15,6 +18,8 @@ from rigid.report.usability import optimum
 from rigid.spec import Spec
 
 SCHEMA = 1
+SETTINGS = ("preload", "flow", "drive", "duration", "interval", "ranges")
+"""What of a record may be changed, as in [[plan.records]]."""
 
 
 def as_dict(spec: Spec, known: Searched, found: Ranking, seed: int) -> dict[str, Any]:
@@ -51,16 +56,22 @@ def _law(known: Searched) -> Check:
 
 
 def _record(one: Ranked, quantities: list[dict[str, Any]]) -> dict[str, Any]:
-    beyond = one.beyond
+    return candidate(one.change, one.worth, one.beyond) | {
+        "expected": [
+            _expected(one, number, repeats, quantity)
+            for number, quantity in enumerate(quantities)
+            for repeats in range(len(REPEATS))
+        ]
+    }
+
+
+def candidate(change: Change, worth: float, beyond: Beyond | None) -> dict[str, Any]:
+    """What is said of a record that could be taken, whatever it is to tell."""
+    settings = dataclasses.asdict(change)
     return {
-        "record": one.change.says,
-        "like": one.change.like,
-        "preload": one.change.preload,
-        "flow": one.change.flow,
-        "drive": one.change.drive,
-        "interval": one.change.interval,
-        "cost": one.change.cost,
-        "worth": finite(one.worth),
+        "record": change.says,
+        **{name: settings[name] for name in ("like", *SETTINGS, "cost")},
+        "worth": finite(worth),
         "beyond": None
         if beyond is None
         else {
@@ -69,11 +80,6 @@ def _record(one: Ranked, quantities: list[dict[str, Any]]) -> dict[str, Any]:
             "reached": finite(beyond.reached),
             "limit": beyond.limit,
         },
-        "expected": [
-            _expected(one, number, repeats, quantity)
-            for number, quantity in enumerate(quantities)
-            for repeats in range(len(REPEATS))
-        ],
     }
 
 

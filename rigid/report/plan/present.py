@@ -60,7 +60,7 @@ def front(made: dict[str, Any]) -> Front:
             for one in listed[:TOLD]
         ),
         cannot=(_nothing(made),) if little and listed else (),
-        next=() if not listed else (f"Take {_record(listed[0])}.",),
+        next=() if not listed else (f"Take {recorded(listed[0])}.",),
         figure="expected",
     )
 
@@ -74,13 +74,14 @@ def ruling(made: dict[str, Any]) -> str:
         return "None of the records keeps the limits."
     by = "for its cost " if len({one["cost"] for one in listed}) > 1 else ""
     return (
-        f"{_capital(_record(listed[0]))} tells most {by}of {first['name']}: its standard "
+        f"{_capital(recorded(listed[0]))} tells most {by}of {first['name']}: its standard "
         f"deviation, {_quantity_sd(first)}, is expected to become "
         f"{_reduced(told(listed[0], first['name']))}."
     )
 
 
-def _record(one: dict[str, Any]) -> str:
+def recorded(one: dict[str, Any]) -> str:
+    """A record that could be taken, in a sentence."""
     return f"a record {one['record']}" if one["record"].startswith("like ") else one["record"]
 
 

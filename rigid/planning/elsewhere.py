@@ -1,0 +1,135 @@
+"""A fit where candidates stand in place of the records that they are like."""
+
+import dataclasses
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from rigid.likelihood.problem import Problem
+from rigid.localfit.expansion import Point, Program, expand
+from rigid.localfit.families import Family
+from rigid.localfit.local import LocalFit
+from rigid.localfit.samples import Layout, lay_out
+from rigid.planning.change import Change, changed, moved, stated
+from rigid.planning.limits import Beyond, beyond, limits_of, with_settings
+from rigid.records.record import Record
+from rigid.spec import Spec
+
+
+class Possible(NamedTuple):
+    """What could be taken: candidates, and the spec and the records that they are like."""
+
+    spec: Spec
+    records: tuple[Record, ...]
+    changes: tuple[Change, ...]
+
+
+def possible(spec: Spec, records: tuple[Record, ...], problem: Problem) -> Possible:
+    """Return the candidates that a spec names, or the usual ones, for the problem that it makes.
+
+    Raises InputError for a record or a setting that is not there.
+    """
+    return Possible(spec, records, stated(spec, problem))
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Elsewhere:
+    """A hypothesis where records are replaced by candidates that change the same settings.
+
+    - `here`: at its fit; `there`: expanded where the candidates stand. - `families`: programs of
+      the records as they are changed.
+    """
+
+    here: LocalFit
+    there: LocalFit
+    families: tuple[Family, ...]
+
+    def tracks(self, like: str) -> tuple[str, ...]:
+        """Labels of the tracks of a record: one or both cylinders."""
+        return tuple(t.label for t in self.there.layout.problem.tracks if t.name == like)
+
+    def rows(self, like: str) -> Bool[np.ndarray, " n"]:
+        """Which samples a candidate would read (n,)."""
+        layout = self.there.layout
+        mine = [label in self.tracks(like) for label in layout.tracks]
+        return np.array(mine)[layout.track] & layout.read
+
+    def slopes(
+        self, like: str, count: int
+    ) -> tuple[Float[np.ndarray, "more size"], Float[np.ndarray, "more own"]]:
+        """Slopes of the readings of so many such records: by shared numbers, by their own anew."""
+        slopes = self.there.design[self.rows(like)]
+        own = self.there.hypothesis.own_of(self.tracks(like))
+        shared = np.tile(np.where(own, 0.0, slopes), (count, 1))
+        return shared, np.kron(np.eye(count), slopes[:, own])
+
+    def curvature(self, like: str, count: int) -> Float[np.ndarray, " more"]:
+        """Information of each of those samples."""
+        return np.tile(np.maximum(self.there.terms.curvature[self.rows(like)], 0.0), count)
+
+    def beyond(self, spec: Spec, change: Change) -> Beyond | None:
+        """What of a candidate would be beyond its limit."""
+        layout, hypothesis = self.there.layout, self.there.hypothesis
+        rows = self.rows(change.like)
+        read: dict[str, float] = {}
+        for number, channel in enumerate(layout.channels):
+            mine = self.there.reading[rows & (layout.channel == number)]
+            if len(mine):
+                most = float(np.abs(mine).max())
+                read[channel.quantity] = max(most, read.get(channel.quantity, 0.0))
+        values = hypothesis.values(self.there.w)
+        own = [(p, values[p.label][0]) for p in hypothesis.parameters if p.record == change.like]
+        greatest = with_settings(read, layout.problem, change, own)
+        return beyond([greatest], limits_of(spec, change))
+
+
+def alike(changes: tuple[Change, ...]) -> tuple[tuple[Change, ...], ...]:
+    """Candidates that change the same settings by as much, whatever record each is like."""
+    lots: dict[tuple[float | str, ...], list[Change]] = {}
+    for one in changes:
+        ranges = sorted(one.ranges.items())
+        settings = (one.preload, one.flow, one.drive, one.duration, one.interval)
+        lot = lots.setdefault((*settings, *(x for pair in ranges for x in pair)), [])
+        lot.append(one)
+    return tuple(tuple(lot) for lot in lots.values())
+
+
+def elsewhere(
+    here: LocalFit, possible: Possible, changes: tuple[Change, ...], program: Program,
+    further: tuple[Family, ...] = (),
+) -> Elsewhere:  # fmt: skip
+    """Expand a hypothesis where candidates stand in place of the records they are like.
+
+    - `changes`: candidates that change the same settings. - `program`: that the hypothesis is
+      expanded by. - `further`: programs that are wanted for the changed records, too.
+    """
+    hypothesis = here.hypothesis
+    new = changed(possible.spec, possible.records, hypothesis.problem, changes)
+    there = dataclasses.replace(hypothesis, problem=new)
+    w = moved(hypothesis.parameters, there.parameters, changes, here.w)
+    plain = None if program.plain is None else program.plain.over(new)
+    local = expand(
+        Program(program.family.over(new), plain),
+        [Point(there, _weighed(new, here.layout), w, here.z_noise)],
+    )[0]
+    return Elsewhere(here, local, tuple(one.over(new) for one in further))
+
+
+def _weighed(problem: Problem, like: Layout) -> Layout:
+    """The samples of candidates, each as much of a fact as those of the channel it is like."""
+    new = lay_out(problem)
+    means = _means(like)
+    weight = np.array([means.get((c.track, c.quantity), 0.0) for c in new.channels])
+    return new.weighed(np.where(new.read, weight[new.channel], 0.0))
+
+
+def _means(layout: Layout) -> Mapping[tuple[str, str], float]:
+    """Mean weight of what was read, by track and quantity."""
+    found = {}
+    for number, channel in enumerate(layout.channels):
+        read = layout.weight[(layout.channel == number) & layout.read]
+        if len(read):
+            found[channel.track, channel.quantity] = float(read.mean())
+    return found

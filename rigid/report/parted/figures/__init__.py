@@ -1,0 +1,1 @@
+"""The figures of this section, a file each; see `rigid.report.gallery`."""
