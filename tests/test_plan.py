@@ -18,13 +18,13 @@ from rigid.planning import ranking
 from rigid.planning.change import Change, as_taken, changed, own, placed, stated
 from rigid.planning.information import added, sd
 from rigid.planning.limits import Beyond, beyond, limits_of
-from rigid.planning.quantity import quantity_of, slope, unit_of, usual
+from rigid.planning.quantity import quantity_of, slope, usual
 
 
 def told(problem: Problem, found: Found, name: str) -> float:
     """Standard deviation of a quantity by the law around the best fit."""
     best, free = found.optima[0], ~is_noise(problem)
-    slopes = slope(quantity_of(problem, name, "here"), best.z)[free]
+    slopes = slope(quantity_of(problem, name, "here").values, best.z)[free]
     return float(np.sqrt(slopes @ best.covariance[np.ix_(free, free)] @ slopes))
 
 
@@ -205,11 +205,11 @@ def test_what_is_beyond_a_limit_is_not_taken():
 def test_quantities_go_by_their_names(campaign, cart):
     problem = campaign.problem
     assert usual(problem) == ("k_LC", "abs_mu[80 Hz]")
-    assert unit_of(problem, "k_LC") == "N/m"
-    assert unit_of(problem, "abs_mu[80 Hz]") == "N s/m"
+    assert quantity_of(problem, "k_LC", "here").unit == "N/m"
+    assert quantity_of(problem, "abs_mu[80 Hz]", "here").unit == "N s/m"
     z = np.zeros((1, problem.parameters.size))
-    friction = quantity_of(problem, "abs_mu[0.5 Hz]", "here")(z)
-    assert quantity_of(problem, "mu", "here")(z) < friction
+    friction = quantity_of(problem, "abs_mu[0.5 Hz]", "here").values(z)
+    assert quantity_of(problem, "mu", "here").values(z) < friction
     for name, says in (("k_CL", "did you mean 'k_LC'"), ("abs_mu[1e9 Hz]", "a frequency between")):
         with pytest.raises(InputError, match=says):
             quantity_of(problem, name, "here")

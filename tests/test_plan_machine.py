@@ -76,7 +76,7 @@ def test_a_second_run_tells_what_was_expected(tmp_path):
         best, free = search(problem, 4, 1).optima[0], ~is_noise(problem)
         covariance = best.covariance[np.ix_(free, free)]
         slopes = [
-            slope(quantity_of(problem, q["name"], "here"), best.z)[free]
+            slope(quantity_of(problem, q["name"], "here").values, best.z)[free]
             for q in expected["quantities"]
         ]
         sds.append([float(np.sqrt(g @ covariance @ g)) for g in slopes])

@@ -1,5 +1,6 @@
 """A quantity that a next record is to tell: its values, and how it hangs on a fit's numbers."""
 
+import dataclasses
 import re
 from collections.abc import Callable, Iterable
 
@@ -8,6 +9,7 @@ from jaxtyping import Float
 
 from rigid.inference.derived import frictions, values_of
 from rigid.inference.friction_curve import FREQUENCIES
+from rigid.inference.newton import is_noise
 from rigid.io.errors import InputError
 from rigid.likelihood.problem import Problem
 from rigid.spec.sentences import unknown
@@ -19,8 +21,28 @@ STEP = 1e-3
 USUAL = ("k_LC", "abs_mu[80 Hz]")
 """Quantities where none are asked for, as far as a model has them."""
 
-Quantity = Callable[[Float[np.ndarray, "n size"]], Float[np.ndarray, " n"]]
+Values = Callable[[Float[np.ndarray, "n size"]], Float[np.ndarray, " n"]]
 """Values (n,) in SI at z (n, size)."""
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Quantity:
+    """What a record is to tell.
+
+    - `values`: at points of the posterior. - `unit`. - `sensors` (2 sensors,): slope by gains and
+      zeros on their standard scale; None: it does not hang on them. - `stays`: part of its
+      variance that no record of the campaign's kinds takes away.
+    """
+
+    values: Values
+    unit: str
+    sensors: Float[np.ndarray, " ends"] | None = None
+    stays: float = 0.0
+
+    def slope(self, problem: Problem, z: Float[np.ndarray, " size"]) -> Float[np.ndarray, " ends"]:
+        """Slope by the numbers of a problem, then by gains and zeros of its sensors."""
+        ends = np.zeros(2 * len(problem.sensors)) if self.sensors is None else self.sensors
+        return np.concatenate([slope(self.values, z)[~is_noise(problem)], ends])
 
 
 def usual(problem: Problem) -> tuple[str, ...]:
@@ -32,19 +54,14 @@ def usual(problem: Problem) -> tuple[str, ...]:
     return found or tuple(shared)
 
 
-def unit_of(problem: Problem, name: str) -> str:
-    """SI unit of a quantity."""
-    units = {p.label: p.unit for p in problem.parameters.sampled}
-    return units.get(name, "N s/m")
-
-
 def quantity_of(problem: Problem, name: str, where: str) -> Quantity:
     """Return a quantity by its name in a fit's table: a parameter, or `abs_mu[80 Hz]`.
 
     Raises InputError where nothing answers to the name.
     """
     if name in problem.parameters.labels:
-        return lambda z: values_of(problem, z)[name]
+        (unit,) = (p.unit for p in problem.parameters.sampled if p.label == name)
+        return Quantity(lambda z: values_of(problem, z)[name], unit)
     views = frictions(problem, values_of(problem, np.zeros((1, problem.parameters.size))))
     asked = MAGNITUDE.fullmatch(name)
     view = (asked["view"] or "") if asked else ""
@@ -58,7 +75,7 @@ def quantity_of(problem: Problem, name: str, where: str) -> Quantity:
         grid = np.log(FREQUENCIES)
         return np.exp(np.array([np.interp(log_hertz, grid, row) for row in curve]))
 
-    return magnitude
+    return Quantity(magnitude, "N s/m")
 
 
 def _magnitudes(views: Iterable[str]) -> list[str]:
@@ -78,8 +95,8 @@ def _hertz(text: str, name: str, where: str) -> float:
     return found
 
 
-def slope(quantity: Quantity, z: Float[np.ndarray, " size"]) -> Float[np.ndarray, " size"]:
-    """Slope of a quantity by the entries of z."""
+def slope(values: Values, z: Float[np.ndarray, " size"]) -> Float[np.ndarray, " size"]:
+    """Slope of values by the entries of z."""
     steps = STEP * np.eye(len(z))
-    up, down = np.split(quantity(np.concatenate([z + steps, z - steps])), 2)
+    up, down = np.split(values(np.concatenate([z + steps, z - steps])), 2)
     return (up - down) / (2.0 * STEP)

@@ -12,13 +12,12 @@ from jaxtyping import Float
 
 from rigid.inference.adaptation import drawn
 from rigid.inference.derived import values_of
-from rigid.inference.newton import is_noise
 from rigid.inference.search_cache import Searched
 from rigid.likelihood.problem import Problem, log_density
 from rigid.planning.change import Change, changed, own, placed
 from rigid.planning.information import Point, added, information, point, sd, simulated
 from rigid.planning.limits import Beyond, beyond, limits_of, with_settings
-from rigid.planning.quantity import Quantity, slope
+from rigid.planning.quantity import Quantity
 from rigid.records.record import Record
 from rigid.spec import Spec
 
@@ -61,11 +60,12 @@ class Ranked:
 class Ranking:
     """All candidates, the worthiest for the first quantity first; those beyond a limit last.
 
-    - `quantities`: their names. - `median`, `sd` (quantities,): at the points, SI; `sd` is that of
-      the records there are, by the local approximation.
+    - `quantities`: their names; `units`. - `median`, `sd` (quantities,): at the points, SI; `sd`
+      is that of the records there are, by the local approximation.
     """
 
     quantities: tuple[str, ...]
+    units: tuple[str, ...]
     median: Float[np.ndarray, " quantities"]
     sd: Float[np.ndarray, " quantities"]
     ranked: tuple[Ranked, ...]
@@ -97,17 +97,21 @@ def rank(
     """
     problem = fitted.known.found.problem
     points = _points(fitted.known, np.random.default_rng([seed, 3]))
-    slopes = np.array([[_slope(problem, q, z) for z in points] for q in asked.values()])
+    slopes = np.array([[q.slope(problem, z) for z in points] for q in asked.values()])
+    stays = np.array([q.stays for q in asked.values()])[:, None]
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
         places = list(pool.map(partial(point, problem), points))
         now = list(pool.map(partial(information, problem), places))
-        before = _sds(now, slopes)
+        before = np.hypot(_sds(now, slopes), np.sqrt(stays))
         ranked = []
         for number, change in enumerate(changes, start=1):
             new = changed(fitted.spec, fitted.records, problem, (change,))
             told = list(pool.map(partial(_told, problem, new, change, seed), places))
             after = [
-                _sds([j + n * one.adds for j, one in zip(now, told, strict=True)], slopes)
+                np.hypot(
+                    _sds([j + n * one.adds for j, one in zip(now, told, strict=True)], slopes),
+                    np.sqrt(stays),
+                )
                 for n in REPEATS
             ]
             factor = np.stack(after, axis=1) / before[:, None]
@@ -115,8 +119,9 @@ def rank(
             ranked.append(Ranked(change, factor, beyond(most, limits_of(fitted.spec, change))))
             report(number)
     ranked.sort(key=lambda one: (one.beyond is not None, -one.worth))
-    median = np.array([np.median(quantity(points)) for quantity in asked.values()])
-    return Ranking(tuple(asked), median, np.median(before, axis=1), tuple(ranked))
+    median = np.array([np.median(quantity.values(points)) for quantity in asked.values()])
+    units = tuple(quantity.unit for quantity in asked.values())
+    return Ranking(tuple(asked), units, median, np.median(before, axis=1), tuple(ranked))
 
 
 def _points(known: Searched, rng: np.random.Generator) -> Float[np.ndarray, "points size"]:
@@ -128,12 +133,6 @@ def _points(known: Searched, rng: np.random.Generator) -> Float[np.ndarray, "poi
     places = (rng.uniform() + np.arange(POINTS)) / POINTS
     at = np.searchsorted(np.cumsum(share), places)
     return known.chart.standard(found.z[np.minimum(at, DRAWS - 1)])
-
-
-def _slope(problem: Problem, quantity: Quantity, z: np.ndarray) -> np.ndarray:
-    """Slope of a quantity by the numbers of a problem, then by gains and zeros of its sensors."""
-    free = slope(quantity, z)[~is_noise(problem)]
-    return np.concatenate([free, np.zeros(2 * len(problem.sensors))])
 
 
 def _sds(

@@ -205,12 +205,14 @@ class PlanRecordSpec(Value):
 class PlanSpec(Value):
     """Which record to take next.
 
-    - `quantities`: that it is to tell: names of parameters, or `abs_mu[80 Hz]`; the first ranks.
+    - `quantities`: that it is to tell: names of parameters, `abs_mu[80 Hz]`, or the greatest load
+      of a test, `peak_load[press]`; the first ranks. - `tests`: spec of the tests; None: this one.
     - `limits`: of what sensors may be made to read, by quantity in SI. - `records`: what could be
       taken.
     """
 
     quantities: tuple[str, ...] = ()
+    tests: Path | None = None
     limits: Mapping[Quantity, Annotated[Real, Field(gt=0.0)]] = {}
     records: tuple[PlanRecordSpec, ...] = ()
 

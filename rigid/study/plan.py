@@ -23,6 +23,7 @@ from rigid.report.plan.present import content, table
 from rigid.report.plan.section import KIND
 from rigid.report.section import write_report
 from rigid.spec import Spec
+from rigid.study.peak import peak_load, sought
 from rigid.study.result import CommandResult
 
 
@@ -83,9 +84,15 @@ def plan(
     spec, records, problem = asked.spec, asked.records, asked.problem
     given = () if spec.plan is None else spec.plan.quantities
     names = quantities or given or usual(problem)
-    values = {name: quantity_of(problem, name, f"{spec.path} [plan]") for name in names}
+    tests = {name: test for name in names if (test := sought(asked, name)) is not None}
+    where = f"{spec.path} [plan]"
+    values = {name: quantity_of(problem, name, where) for name in names if name not in tests}
     changes = stated(spec, problem)
     known = search_once(asked, options, folder)
+    for name, test in tests.items():
+        with stage(options.quiet, name, None, "passes") as shown:
+            values[name] = peak_load(test, known.found, seed, shown.add)
+    values = {name: values[name] for name in names}
     with stage(options.quiet, "weigh records", len(changes), "records") as shown:
         found = rank(Fitted(spec, records, known), values, changes, seed, shown.reach)
     return Plan(spec, records, known, found, seed)

@@ -69,7 +69,8 @@ def _sds(found: Any, asked: dict) -> list[float]:
     from rigid.planning.quantity import quantity_of, slope
 
     best, free = found.optima[0], ~is_noise(found.problem)
-    slopes = [slope(quantity_of(found.problem, name, "study"), best.z)[free] for name in asked]
+    listed = (quantity_of(found.problem, name, "study").values for name in asked)
+    slopes = [slope(values, best.z)[free] for values in listed]
     covariance = best.covariance[np.ix_(free, free)]
     return [float(np.sqrt(g @ covariance @ g)) for g in slopes]
 

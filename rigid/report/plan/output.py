@@ -11,7 +11,6 @@ from rigid.likelihood.set_aside import listed
 from rigid.physics.sensors import UNITS
 from rigid.planning.change import Change
 from rigid.planning.limits import Beyond
-from rigid.planning.quantity import unit_of
 from rigid.planning.ranking import REPEATS, Ranked, Ranking
 from rigid.report.taken import taken
 from rigid.report.usability import optimum
@@ -27,8 +26,10 @@ def as_dict(spec: Spec, known: Searched, found: Ranking, seed: int) -> dict[str,
     problem = known.found.problem
     checks = [optimum(known.found.settled), _law(known)]
     quantities = [
-        {"name": name, "unit": unit_of(problem, name), "median": finite(m), "sd": finite(s)}
-        for name, m, s in zip(found.quantities, found.median, found.sd, strict=True)
+        {"name": name, "unit": unit, "median": finite(m), "sd": finite(s)}
+        for name, unit, m, s in zip(
+            found.quantities, found.units, found.median, found.sd, strict=True
+        )
     ]
     return {
         "schema": SCHEMA,
