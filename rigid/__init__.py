@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from rigid.study.discovery import Discovery
     from rigid.study.fit import Fit
     from rigid.study.laws import Laws
+    from rigid.study.parted import Parted
     from rigid.study.plan import Plan
     from rigid.study.study import Study, build, load
     from rigid.study.validation import Replicates, Validation
@@ -33,6 +34,7 @@ __all__ = [
     "InputError",
     "Laws",
     "LogPosterior",
+    "Parted",
     "Plan",
     "Record",
     "Replicates",
@@ -54,6 +56,7 @@ _HOMES = {
     "InputError": "io.errors:InputError",
     "Laws": "study.laws:Laws",
     "LogPosterior": "study.density:LogPosterior",
+    "Parted": "study.parted:Parted",
     "Plan": "study.plan:Plan",
     "Record": "spec.record:RecordSpec",
     "Replicates": "study.validation:Replicates",

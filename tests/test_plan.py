@@ -227,3 +227,44 @@ def test_the_command_writes_its_files(cart, tmp_path, capsys):
     page = (out / "index.html").read_text("utf-8")
     assert 'id="fig-plan-expected"' in page
     assert (out / "figures" / "plan-expected.csv").is_file()
+
+
+def without(campaign, name: str, more: str):
+    """The study of the campaign without one of its records, which stays in another spec."""
+    path = campaign.spec.path.with_name(f"without-{name}.toml")
+    head, *records = campaign.spec.text.split("\n[[records]]\n")
+    kept = [r for r in records if f'name = "{name}"' not in r]
+    path.write_text("\n[[records]]\n".join([head, *kept]) + more, "utf-8")
+    return load(path)
+
+
+def test_a_kind_of_record_that_was_not_taken_is_that_of_another_spec(campaign):
+    """What is expected of the first release is what it tells once it is there, within a tenth.
+
+    Its accelerometer, preload and instant are new with it; the place of the optimum and the noise
+    of one campaign are what the tenth is for.
+    """
+    entry = (
+        '\n[plan]\nquantities = ["abs_mu[80 Hz]", "k_LC"]\n'
+        '[[plan.records]]\nspec = "own.toml"\nlike = "snap"\n'
+    )
+    study = without(campaign, "snap", entry)
+    assert {r.kind for r in study.records} == {"frame", "free-run"}
+    made = study.plan(quiet=True).result
+    (record,) = made["records"]
+    assert record["record"] == "snap of own again"
+    fits = [(one.problem, search(one.problem, 4, 1)) for one in (study, campaign)]
+    for name, most in (("abs_mu[80 Hz]", 0.5), ("k_LC", 1.0)):
+        before, after = (told(problem, found, name) for problem, found in fits)
+        expected = next(e for e in record["expected"] if e["quantity"] == name)["factor"]
+        assert expected == pytest.approx(after / before, rel=0.1)
+        assert expected < most
+    ranked = study.plan_between("piston-leakage", "return-spring", quiet=True).result
+    (other,) = ranked["records"]
+    assert other["expected"][0]["apart"] >= ranked["now"]["apart"]
+
+
+def test_a_record_of_another_spec_that_is_not_there_is_told(campaign):
+    entry = '\n[[plan.records]]\nspec = "own.toml"\nlike = "snpa"\n'
+    with pytest.raises(InputError, match="did you mean 'snap'"):
+        without(campaign, "snap", entry).plan(quiet=True)

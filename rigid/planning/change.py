@@ -88,7 +88,9 @@ def _setting(spec: Spec, problem: Problem, name: str) -> str | None:
     done = {c for r in mine if KINDS[r.kind].solver == "machine" for c in r.channels}
     if own & {*STARTS} or done & {*DRIVES}:
         return "drive"
-    return "flow" if own & {FLOW, TANK} else None
+    taken = any(track.name == name for track in problem.tracks)
+    opened = any(stretch.position != "shut" for r in mine for stretch in r.valve)
+    return "flow" if own & {FLOW, TANK} or (opened and not taken) else None
 
 
 def stated(spec: Spec, problem: Problem) -> tuple[Change, ...]:
@@ -101,13 +103,18 @@ def stated(spec: Spec, problem: Problem) -> tuple[Change, ...]:
     return tuple(_stated(spec, problem, one) for one in spec.plan.records)
 
 
+def name_of(one: PlanRecordSpec) -> str:
+    """Name of the record that a candidate is like, among the spec's and those of other specs."""
+    return one.like if one.spec is None else f"{one.like} of {one.spec.stem}"
+
+
 def _stated(spec: Spec, problem: Problem, one: PlanRecordSpec) -> Change:
     where = f"{spec.path} [[plan.records]] like"
-    mine = [r for r in spec.records if r.fit and r.name == one.like]
+    mine = [r for r in spec.records if r.fit and r.name == name_of(one)]
     if not mine:
         names = sorted({r.name for r in spec.records if r.fit})
         raise InputError(f"{where}: {unknown('record', one.like, names)}")
-    setting = _setting(spec, problem, one.like)
+    setting = _setting(spec, problem, name_of(one))
     for name in ("preload", "flow", "drive"):
         if getattr(one, name) != 1.0 and setting != name:
             raise InputError(
@@ -123,7 +130,7 @@ def _stated(spec: Spec, problem: Problem, one: PlanRecordSpec) -> Change:
     for quantity in one.ranges:
         if quantity not in read:
             raise InputError(f"{where} = '{one.like}', ranges: {unknown('sensor', quantity, read)}")
-    return Change(**one.model_dump())
+    return Change(name_of(one), **one.model_dump(exclude={"spec", "like"}))
 
 
 def changed(
@@ -131,14 +138,24 @@ def changed(
 ) -> Problem:
     """Return the problem in which the records that candidates are like are those candidates.
 
+    - `spec`, `records`: those of the base, and those of other specs that candidates are like.
     - `base`: problem of the records as they are, weighted for what is correlated in them.
     - `changes`: the same settings of all, by as much; of two that are like one record the last.
 
     What other records read does not count in it, nor does the data of the candidates mean anything.
     """
     by_name = {one.like: one for one in changes}
-    specs = tuple(_restated(r, by_name[r.name]) if r.name in by_name else r for r in spec.records)
-    listed = tuple(_resampled(r, by_name[r.name]) if r.name in by_name else r for r in records)
+    there = {track.name for track in base.tracks} | by_name.keys()
+    specs = tuple(
+        _restated(r, by_name[r.name]) if r.name in by_name else r
+        for r in spec.records
+        if r.name in there or not r.fit
+    )
+    listed = tuple(
+        _resampled(r, by_name[r.name]) if r.name in by_name else r
+        for r in records
+        if r.name in there
+    )
     new = assemble(spec.model_copy(update={"records": specs}), listed)
     new = dataclasses.replace(new, pieces=tuple(_ranged(p, changes[0].ranges) for p in new.pieces))
     weight = _mean_weights(base)
@@ -233,7 +250,7 @@ def _resampled(record: Record, change: Change) -> Record:
 
 def placed(
     base: Problem, new: Problem, changes: Sequence[Change], z: Float[np.ndarray, " size"]
-) -> Float[np.ndarray, " size"]:
+) -> Float[np.ndarray, " more"]:
     """Return z of the changed problem for z of that of the records as they are."""
     return moved(base.parameters.sampled, new.parameters.sampled, changes, z)
 
@@ -243,18 +260,21 @@ def moved(
     new: Sequence[Parameter],
     changes: Sequence[Change],
     z: Float[np.ndarray, " size"],
-) -> Float[np.ndarray, " size"]:
-    """The same for the numbers that stand first in z, listed for both."""
+) -> Float[np.ndarray, " more"]:
+    """The same for numbers listed for both; what the base does not have is at its median."""
     by_name = {one.like: one for one in changes}
-    out = np.array(z)
-    for i, (old, one) in enumerate(zip(base, new, strict=True)):
+    known = {old.label: (old, value) for old, value in zip(base, z, strict=False)}
+    out = np.zeros(len(new))
+    for i, one in enumerate(new):
         change = by_name.get(one.record)
+        old, value = known.get(one.label, (one, 0.0))
+        out[i] = value
         if change is None:
             continue
         times = {FLOW: change.flow, TANK: change.flow} | dict.fromkeys(STARTS, change.drive)
         factor = times.get(one.base, 1.0)
         if factor != 1.0:
-            out[i] = standard_of(one.prior, float(old.prior.from_standard(z[i])) * factor)
+            out[i] = standard_of(one.prior, float(old.prior.from_standard(value)) * factor)
     return out
 
 

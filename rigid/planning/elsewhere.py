@@ -12,8 +12,10 @@ from rigid.localfit.expansion import Point, Program, expand
 from rigid.localfit.families import Family
 from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import Layout, lay_out
+from rigid.localfit.settled import labels_of
 from rigid.planning.change import Change, changed, moved, stated
 from rigid.planning.limits import Beyond, beyond, limits_of, with_settings
+from rigid.planning.pool import pool
 from rigid.records.record import Record
 from rigid.spec import Spec
 
@@ -31,7 +33,8 @@ def possible(spec: Spec, records: tuple[Record, ...], problem: Problem) -> Possi
 
     Raises InputError for a record or a setting that is not there.
     """
-    return Possible(spec, records, stated(spec, problem))
+    every = pool(spec, records)
+    return Possible(every.spec, every.records, stated(every.spec, problem))
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -61,9 +64,11 @@ class Elsewhere:
     ) -> tuple[Float[np.ndarray, "more size"], Float[np.ndarray, "more own"]]:
         """Slopes of the readings of so many such records: by shared numbers, by their own anew."""
         slopes = self.there.design[self.rows(like)]
+        names, before = (labels_of(one.hypothesis) for one in (self.there, self.here))
         own = self.there.hypothesis.own_of(self.tracks(like))
-        shared = np.tile(np.where(own, 0.0, slopes), (count, 1))
-        return shared, np.kron(np.eye(count), slopes[:, own])
+        own |= ~np.isin(names, before)
+        shared = np.where(own, 0.0, slopes)[:, [names.index(name) for name in before]]
+        return np.tile(shared, (count, 1)), np.kron(np.eye(count), slopes[:, own])
 
     def curvature(self, like: str, count: int) -> Float[np.ndarray, " more"]:
         """Information of each of those samples."""
@@ -108,20 +113,30 @@ def elsewhere(
     hypothesis = here.hypothesis
     new = changed(possible.spec, possible.records, hypothesis.problem, changes)
     there = dataclasses.replace(hypothesis, problem=new)
-    w = moved(hypothesis.parameters, there.parameters, changes, here.w)
+    known = dict(zip(labels_of(hypothesis), here.w, strict=True))
+    numbers = moved(hypothesis.parameters, there.parameters, changes, here.w)
+    ends = [known.get(name, 0.0) for name in labels_of(there)[len(numbers) :]]
+    w = np.concatenate([numbers, ends])
+    levels = dict(zip(_levels(hypothesis.problem), here.z_noise, strict=True))
+    z_noise = np.array([levels.get(label, 0.0) for label in _levels(new)])
     plain = None if program.plain is None else program.plain.over(new)
     local = expand(
         Program(program.family.over(new), plain),
-        [Point(there, _weighed(new, here.layout), w, here.z_noise)],
+        [Point(there, _weighed(new, here.layout), w, z_noise)],
     )[0]
     return Elsewhere(here, local, tuple(one.over(new) for one in further))
+
+
+def _levels(problem: Problem) -> list[str]:
+    """Labels of the noise levels."""
+    return [p.label for p in problem.parameters.sampled if p.base == "noise"]
 
 
 def _weighed(problem: Problem, like: Layout) -> Layout:
     """The samples of candidates, each as much of a fact as those of the channel it is like."""
     new = lay_out(problem)
     means = _means(like)
-    weight = np.array([means.get((c.track, c.quantity), 0.0) for c in new.channels])
+    weight = np.array([means.get((c.track, c.quantity), 1.0) for c in new.channels])
     return new.weighed(np.where(new.read, weight[new.channel], 0.0))
 
 

@@ -46,6 +46,20 @@ def point(problem: Problem, z: Float[np.ndarray, " size"]) -> Point:
     return Point(z, np.array(rows, dtype=float))
 
 
+def entries(problem: Problem) -> list[str]:
+    """Names of the rows of `information`: uncertain numbers, then gain and zero of each sensor."""
+    free = [p.label for p in problem.parameters.sampled if p.base != "noise"]
+    return [*free, *(f"{part}[{one}]" for one in problem.sensors for part in ("gain", "zero"))]
+
+
+def at_sensors(
+    base: Problem, new: Problem, standard: Float[np.ndarray, "sensors 2"]
+) -> Float[np.ndarray, "more 2"]:
+    """Gains and zeros of a problem that has further sensors, those at 0."""
+    known = dict(zip(base.sensors, standard, strict=True))
+    return np.array([known.get(label, np.zeros(2)) for label in new.sensors])
+
+
 def information(problem: Problem, at: Point) -> Float[np.ndarray, "own own"]:
     """Information of a problem's records and priors at a point: numbers, then gains and zeros."""
     w = joined(problem, at.z, at.standard)

@@ -15,7 +15,16 @@ from rigid.inference.derived import values_of
 from rigid.inference.search_cache import Searched
 from rigid.likelihood.problem import Problem, log_density
 from rigid.planning.change import Change, changed, own, placed
-from rigid.planning.information import Point, added, information, point, sd, simulated
+from rigid.planning.information import (
+    Point,
+    added,
+    at_sensors,
+    entries,
+    information,
+    point,
+    sd,
+    simulated,
+)
 from rigid.planning.limits import Beyond, beyond, limits_of, with_settings
 from rigid.planning.quantity import Quantity
 from rigid.records.record import Record
@@ -150,12 +159,16 @@ class _Told(NamedTuple):
 
 
 def _told(base: Problem, new: Problem, change: Change, seed: int, at: Point) -> _Told:
-    here = dataclasses.replace(at, z=placed(base, new, (change,), at.z))
+    standard = at_sensors(base, new, at.standard)
+    here = Point(placed(base, new, (change,), at.z), standard)
     made, read = simulated(new, here, seed)
     private = own(new, change)
     values = values_of(new, here.z[None])
     set_there = [(p, float(values[p.label][0])) for p in private]
     greatest = with_settings(read, new, change, set_there)
-    free = [p.label for p in new.parameters.sampled if p.base != "noise"]
-    places = np.array([free.index(p.label) for p in private], dtype=int)
-    return _Told(added(information(made, here), places), greatest)
+    listed, before = entries(new), entries(base)
+    apart = {p.label for p in private} | {*listed} - {*before}
+    places = np.array([i for i, name in enumerate(listed) if name in apart], dtype=int)
+    adds = added(information(made, here), places)
+    shared = [listed.index(name) for name in before]
+    return _Told(adds[np.ix_(shared, shared)], greatest)

@@ -189,10 +189,13 @@ FACTOR = Field(gt=0.0, le=1e3)
 class PlanRecordSpec(Value):
     """A record that could be taken: like one of the spec's, settings times those of that record.
 
-    - `ranges`: times the range of a sensor, by quantity. - `cost`: of one such record, in any unit.
+    - `spec`: which has the record, where it is another than this one: of a kind that was not taken
+      yet, perhaps. - `ranges`: times the range of a sensor, by quantity. - `cost`: of one such
+      record, in any unit.
     """
 
     like: str
+    spec: Path | None = None
     preload: Annotated[Real, FACTOR] = 1.0
     flow: Annotated[Real, FACTOR] = 1.0
     drive: Annotated[Real, FACTOR] = 1.0

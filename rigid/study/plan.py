@@ -14,6 +14,7 @@ from rigid.io.cli import Options
 from rigid.io.files import write_text
 from rigid.io.progress import stage
 from rigid.planning.change import stated
+from rigid.planning.pool import pool
 from rigid.planning.quantity import quantity_of, usual
 from rigid.planning.ranking import Fitted, Ranking, rank
 from rigid.records.record import Record
@@ -87,12 +88,13 @@ def plan(
     tests = {name: test for name in names if (test := sought(asked, name)) is not None}
     where = f"{spec.path} [plan]"
     values = {name: quantity_of(problem, name, where) for name in names if name not in tests}
-    changes = stated(spec, problem)
+    every = pool(spec, records)
+    changes = stated(every.spec, problem)
     known = search_once(asked, options, folder)
     for name, test in tests.items():
         with stage(options.quiet, name, None, "passes") as shown:
             values[name] = peak_load(test, known.found, seed, shown.add)
     values = {name: values[name] for name in names}
     with stage(options.quiet, "weigh records", len(changes), "records") as shown:
-        found = rank(Fitted(spec, records, known), values, changes, seed, shown.reach)
+        found = rank(Fitted(every.spec, every.records, known), values, changes, seed, shown.reach)
     return Plan(spec, records, known, found, seed)

@@ -34,6 +34,7 @@ def one_campaign(case: Case) -> dict:
     """What was expected of two records, and what they told."""
     from rigid.inference.calibrate import propose
     from rigid.inference.search import search_from
+    from rigid.io.errors import InputError
     from rigid.planning.change import stated
     from rigid.planning.quantity import quantity_of
     from rigid.planning.ranking import Fitted, rank
@@ -54,7 +55,11 @@ def one_campaign(case: Case) -> dict:
     row: dict[str, Any] = {"case": case._asdict(), "before": before, "taken": {}}
     by_chance = int(rng.integers(1, len(ranking.possible)))
     for name, one in (("first", ranking.possible[0]), ("by chance", ranking.possible[by_chance])):
-        after = _sds(_taken(spec, made, one.change, rng), asked)
+        try:
+            after = _sds(_taken(spec, made, one.change, rng), asked)
+        except InputError as refusal:  # a sensor at the end of its range at this truth, mostly
+            row["taken"][name] = {"record": one.change.says, "refused": str(refusal)}
+            continue
         row["taken"][name] = {
             "record": one.change.says,
             "expected": [round(one.expected(q), 4) for q in range(len(QUANTITIES))],
@@ -118,20 +123,25 @@ def page(rows: list[dict]) -> str:
     ]
     for name in ("first", "by chance"):
         for q, quantity in enumerate(QUANTITIES):
-            expected = np.array([r["taken"][name]["expected"][q] for r in rows])
-            found = np.array([r["taken"][name]["found"][q] for r in rows])
+            told = [r["taken"][name] for r in rows if "found" in r["taken"][name]]
+            expected = np.array([one["expected"][q] for one in told])
+            found = np.array([one["found"][q] for one in told])
             off = np.log(found / expected)
             spread = off.std(ddof=1) if len(off) > 1 else np.nan
             out.append(
-                f"| {name} | {quantity.replace('abs_mu', 'abs mu')} | {len(rows)} "
+                f"| {name} | {quantity.replace('abs_mu', 'abs mu')} | {len(told)} "
                 f"| {np.median(expected):.3f} | {np.median(found):.3f} "
                 f"| {off.mean():+.3f} ± {spread / np.sqrt(len(off)):.3f}, {spread:.3f} |"
             )
-    better = sum(
-        r["taken"]["first"]["found"][0] < r["taken"]["by chance"]["found"][0] for r in rows
-    )
+    both = [r["taken"] for r in rows if all("found" in one for one in r["taken"].values())]
+    better = sum(one["first"]["found"][0] < one["by chance"]["found"][0] for one in both)
+    refused = {
+        name: sum("refused" in r["taken"][name] for r in rows) for name in ("first", "by chance")
+    }
     out += ["", f"The first told more of {QUANTITIES[0].replace('abs_mu', 'abs mu')} than the one "
-            f"by chance in {better} of {len(rows)} campaigns."]  # fmt: skip
+            f"by chance in {better} of {len(both)} campaigns. The readers refused the first in "
+            f"{refused['first']} campaigns and the one by chance in {refused['by chance']}, mostly "
+            "for a sensor at the end of its range."]  # fmt: skip
     return "\n".join(out)
 
 
