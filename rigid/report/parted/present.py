@@ -1,5 +1,6 @@
 """From the ranking of records by how far they part two effects to what the page shows."""
 
+from collections.abc import Iterator
 from typing import Any
 
 from rigid.plots import metrology
@@ -53,7 +54,7 @@ def front(made: dict[str, Any]) -> Front:
             Answer(one["record"], _often(one["expected"][0]["told"]), _several(one))
             for one in listed[:FOLLOWING]
         ),
-        cannot=() if enough else (_not_enough(made),),
+        cannot=tuple(_cannot(made, enough)),
         next=() if not listed else (f"Take {recorded(listed[0])}.",),
         figure="apart",
     )
@@ -87,12 +88,26 @@ def _several(one: dict[str, Any]) -> str:
     return ", ".join(f"{e['records']} of them: {100 * e['told']:.0f} %" for e in more)
 
 
-def _not_enough(made: dict[str, Any]) -> str:
+def _cannot(made: dict[str, Any], enough: bool) -> Iterator[str]:
+    """What these records, or one more, do not tell."""
     pair = made["between"]
-    return (
-        f"Tell {pair['first']} from {pair['other']} in 19 of 20 campaigns by one more record, "
-        "were either as large as these records say."
-    )
+    if _absent(pair):
+        yield f"That either is there at all: nothing speaks for {pair['first']} ({_odds(pair)})."
+    if not enough:
+        yield (
+            f"Tell {pair['first']} from {pair['other']} in 19 of 20 campaigns by one more record, "
+            "were either as large as these records say."
+        )
+
+
+def _absent(pair: dict[str, Any]) -> bool:
+    """Whether the records speak for neither effect."""
+    return max(pair["log_bayes"].values()) <= 0.0
+
+
+def _odds(pair: dict[str, Any]) -> str:
+    logs = pair["log_bayes"]
+    return "log Bayes factors " + ", ".join(f"{name} {log:+.1f}" for name, log in logs.items())
 
 
 def table(made: dict[str, Any]) -> str:
@@ -104,7 +119,7 @@ def table(made: dict[str, Any]) -> str:
     counts = [e["records"] for e in rows[0]["expected"]] if rows else []
     lines = [
         ruling(made),
-        f"{pair['first']} has {amplitude['name']} = {size} by these records",
+        f"{pair['first']} has {amplitude['name']} = {size} by these records; {_odds(pair)}",
         f"{'record':{wide}}{'cost':>7}" + "".join(f"{f'{n} told [%]':>13}" for n in counts),
     ]
     for one in rows:
