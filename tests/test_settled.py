@@ -157,3 +157,11 @@ def test_a_bound_on_every_number(clean):
     step = local.covariance @ g
     sds = np.abs(step) / np.sqrt(np.diag(local.covariance))
     assert sds.max() <= away_from_top(g, local.information)
+
+
+@pytest.mark.parametrize("entry", [-1.0, np.nan])
+def test_information_of_no_maximum_is_infinitely_far_from_one(entry):
+    """Where slopes grow without bound, or are no numbers, the search does not end in an error."""
+    assert away_from_top(np.ones(2), np.diag([1.0, entry])) == np.inf
+    assert away_from_top(np.ones(2), np.diag([1.0, 4.0])) == pytest.approx(np.sqrt(1.25))
+    assert settled(["a", "b"], np.zeros(2), np.inf).why

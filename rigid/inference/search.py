@@ -294,6 +294,13 @@ def _refined(problem: Problem, ends: list[End], levels: np.ndarray, z_noise: np.
         _optimum(problem, end, reached, there, z_noise)
         for end, reached, there in _distinct(problem, [End(best, 0), *ends], z_noise)
     ]
+    optima = [one for one in optima if np.isfinite(one.away)]
+    if not optima:
+        raise InputError(
+            "the search ended where the slopes of the simulated readings grow without bound, so "
+            "that no optimum can be told; look whether a record stays in the change of stage of "
+            "the pump (near p_max), and leave that record out with fit = false"
+        )
     optima.sort(key=lambda o: -o.log_posterior)
     kept = tuple(o for o in optima if o.log_posterior > optima[0].log_posterior - KEEP_WITHIN)
     return Found(problem, kept, correlation, len(levels), levels, aside)

@@ -79,9 +79,12 @@ def away_from_top(gradient: np.ndarray, information: np.ndarray) -> float:
       minus its Hessian, prior included.
 
     The bound on every number at once is that of Cauchy and Schwarz: an entry of I^-1 g, in its own
-    posterior sd, is at most sqrt(g I^-1 g).
+    posterior sd, is at most sqrt(g I^-1 g). Infinite where the information is none of a maximum.
     """
-    step = cho_solve(cho_factor(information), gradient)
+    try:
+        step = cho_solve(cho_factor(information), gradient)
+    except (ValueError, np.linalg.LinAlgError):  # slopes that are no numbers, or grow without bound
+        return np.inf
     return float(np.sqrt(max(gradient @ step, 0.0)))
 
 
