@@ -181,7 +181,6 @@ def test_a_longer_record_opens_its_valve_for_as_much_longer(campaign):
 
 
 def test_half_the_range_halves_the_step_of_the_converter(campaign):
-    """And a record of a coarser converter tells less, never more."""
     steps = {}
     for by in (1.0, 0.5):
         change = Change("stroll", ranges={"load": by})

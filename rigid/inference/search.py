@@ -298,8 +298,8 @@ def _refined(problem: Problem, ends: list[End], levels: np.ndarray, z_noise: np.
     if not optima:
         raise InputError(
             "the search ended where the slopes of the simulated readings grow without bound, so "
-            "that no optimum can be told; look whether a record stays in the change of stage of "
-            "the pump (near p_max), and leave that record out with fit = false"
+            "that no optimum can be told; of the rig, look whether a record stays in the change "
+            "of stage of the pump (near p_max), and leave that record out with fit = false"
         )
     optima.sort(key=lambda o: -o.log_posterior)
     kept = tuple(o for o in optima if o.log_posterior > optima[0].log_posterior - KEEP_WITHIN)

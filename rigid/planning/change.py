@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -210,17 +210,18 @@ def _mean_weights(problem: Problem) -> dict[tuple[str, str], float]:
 
 
 def _restated(record: RecordSpec, change: Change) -> RecordSpec:
-    new: dict[str, Any] = {"valve": _slowed(record.valve, change)}
-    if record.preload is not None:
-        old = record.preload
-        new["preload"] = Known(value=change.preload * old.value, sd=change.preload * old.sd)
-    return record.model_copy(update=new)
+    if record.preload is None:
+        return record
+    old = record.preload
+    new = Known(value=change.preload * old.value, sd=change.preload * old.sd)
+    return record.model_copy(update={"preload": new})
 
 
-def _slowed(valve: tuple[Stretch, ...], change: Change) -> tuple[Stretch, ...]:
-    """The valve's programme, every position of it held for as many times its time."""
-    by = change.duration
-    return tuple(one.model_copy(update={"until": by * one.until}) for one in valve)
+def _slowed(valve: tuple[Stretch, ...], first: float, by: float) -> tuple[Stretch, ...]:
+    """The valve's programme, every position of it held for `by` times its time from the first."""
+    return tuple(
+        one.model_copy(update={"until": first + by * (one.until - first)}) for one in valve
+    )
 
 
 def _resampled(record: Record, change: Change) -> Record:
@@ -244,7 +245,7 @@ def _resampled(record: Record, change: Change) -> Record:
         channels[name] = Channel(name, values, one.valid[near], one.column, one.unit)
     return dataclasses.replace(
         record, time=time, channels=channels, interval=step, uniform=record.uniform or not same,
-        valve=_slowed(record.valve, change),
+        valve=_slowed(record.valve, float(first), change.duration),
     )  # fmt: skip
 
 

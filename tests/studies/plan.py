@@ -58,7 +58,10 @@ def one_campaign(case: Case) -> dict:
         try:
             after = _sds(_taken(spec, made, one.change, rng), asked)
         except InputError as refusal:  # a sensor at the end of its range at this truth, mostly
-            row["taken"][name] = {"record": one.change.says, "refused": str(refusal)}
+            row["taken"][name] = {
+                "record": one.change.says,
+                "refused": str(refusal).replace(f"{made.records[0].path.parent}/", ""),
+            }
             continue
         row["taken"][name] = {
             "record": one.change.says,

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from scipy.stats import norm
 
 from rigid.io.files import csv_text, finite
-from rigid.localfit.candidates import Candidate
+from rigid.localfit.candidates import Candidate, priors_of
 from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import aside_of
 from rigid.planning.parting import Parting
@@ -65,7 +65,7 @@ def _amplitude(both: Both) -> dict[str, Any]:
     """The number that brings the first effect in, as the records have it."""
     one = both.first
     by = 1.0 if one.level is None else one.level
-    unit = next(p.unit for p in one.effect.parameters() if one.amplitude.startswith(p.name))
+    unit = priors_of(one.effect, {})[one.amplitude][0].unit
     return {"name": one.amplitude, "value": finite(one.absent + by * both.estimate), "unit": unit}
 
 
