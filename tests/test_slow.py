@@ -128,3 +128,27 @@ def test_long_steps_do_not_make_up_what_a_record_tells(monkeypatch):
     assert long == pytest.approx(short, rel=0.01)
     monkeypatch.setattr(jax.lax, "stop_gradient", lambda x: x)
     assert told_by_the_frame_alone(3e5) > 1.1 * short
+
+
+def least_moved_in_the_bend() -> float:
+    """Greatest slope [Pa] by log k_LC of a pressure that the pump's flow holds in its bend."""
+    record = drive(1200, (0.203, 11.0), (0, 1, 0))
+    flows = jnp.array([0.0, 1.0])[:, None, None]
+
+    def read(log):
+        values = NOMINAL | {"mu": 9e6, "k_LC": NOMINAL["k_LC"] * jnp.exp(log)}
+        rig = rig_of(values, BASE, walkers=True)
+        return slow.march(rig, jnp.zeros(1), flows, side_by_side((record,)))["pressure"]
+
+    found, slopes = jax.jvp(eqx.filter_jit(read), (jnp.asarray(0.0),), (jnp.asarray(1.0),))
+    held = slice(700, 1100)
+    assert np.ptp(np.asarray(found)[held]) < 1e5
+    return float(np.abs(np.asarray(slopes)[held]).max())
+
+
+def test_a_pressure_held_in_the_bend_forgets_what_moved_it(monkeypatch):
+    """A flow that is constant over a long step drives the slopes on: 1.14 a sample, 1e34 Pa in a
+    record of a real fit, whose search then ended in a matrix that was not positive definite."""
+    assert least_moved_in_the_bend() < 1.0
+    monkeypatch.setattr(slow, "mean_straight", lambda *_: 0.0)
+    assert least_moved_in_the_bend() > 1e3

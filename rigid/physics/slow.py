@@ -20,7 +20,7 @@ from rigid.physics.delay import in_motion, on_record, stepped, with_late
 from rigid.physics.drive import STRIDE, Drives, Plan, plan
 from rigid.physics.rest import rest_under
 from rigid.physics.rig import Rig, Surroundings
-from rigid.physics.stage_switch import STEEP, Flow, bends, flow_at, mean_excess
+from rigid.physics.stage_switch import STEEP, Flow, bends, flow_at, mean_excess, mean_straight
 from rigid.physics.step_tables import FINER, PARTS, Tables, bulge, polynomial, tables
 from rigid.physics.stroke_range import Strokes, foreseen
 
@@ -165,6 +165,18 @@ def _led(way: _Way, flat: Array, rates: Array, stroke: Array, length: int) -> tu
     return new, columns[4]
 
 
+def _straight(way: _Way, flat: Array, outside: Surroundings, stroke: Array, length: int) -> Array:
+    """Lead a flat state on by a step in which the flow hardly bends.
+
+    A state at rest in the bend does not move, but a step longer than the flow takes to answer would
+    drive it off, and its slopes with it: so the flow follows the pressure, on the mean of the step.
+    """
+    column = way.rig.column + stroke
+    new, kept = _led(way, flat, way.rates(flat, outside, column), stroke, length)
+    more = mean_straight(flow_at(way.rig, flat, outside, column), flat[4], new[4], kept[4])
+    return new + kept * more
+
+
 def _between(way: _Way, first: tuple[Array, Array], last: tuple[Array, Array]) -> Array:
     """Cubic through readings at the ends of a block, (STRIDE, 3, tracks, walkers).
 
@@ -196,10 +208,8 @@ def _rates_between(
 def _at_once(way: _Way, flat: Array, parts: _Part) -> tuple[Array, Array, Array]:
     """One step over a block: its end, that nothing rings, and readings at its samples."""
     length = STRIDE * way.interval
-    stroke = way.stroke(flat, length)
     outside = way.outside(parts.level[0], parts.begin[0] + 0.5 * length)
-    rates = way.rates(flat, outside, way.rig.column + stroke)
-    new, _ = _led(way, flat, rates, stroke, 3)
+    new = _straight(way, flat, outside, way.stroke(flat, length), 3)
     ends = in_motion(way.rig, flat, outside), in_motion(way.rig, new, outside)
     changing = (_rates_between(way, *ends, end) for end in (False, True))
     series = with_late(way.rig, _between(way, *ends), *changing)
@@ -228,9 +238,7 @@ def _sample(way: _Way, flat: Array, part: _Part, bends: Array) -> Array:
 
     def whole(flat: Array) -> Array:
         outside = way.outside(part.level, part.begin + 0.5 * way.interval)
-        stroke = way.stroke(flat, way.interval)
-        rates = way.rates(flat, outside, way.rig.column + stroke)
-        return _led(way, flat, rates, stroke, 2)[0]
+        return _straight(way, flat, outside, way.stroke(flat, way.interval), 2)
 
     def cut(flat: Array) -> Array:
         switched = way.kink_part[part.kink]

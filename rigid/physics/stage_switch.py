@@ -61,3 +61,9 @@ def mean_excess(flow: Flow, begin: Array, end: Array, share: Array) -> Array:
         return pressure + (end + share * more - pressure) / (1.0 - share * slope)
 
     return excess(jax.lax.fori_loop(0, NEWTON_STEPS, newton, end))
+
+
+def mean_straight(flow: Flow, begin: Array, end: Array, share: Array) -> Array:
+    """The same where the flow hardly bends: it changes as its slope at the begin says [Pa/s]."""
+    _, slope = jax.jvp(flow, (begin,), (jnp.ones_like(begin),))
+    return 0.5 * slope * (end - begin) / (1.0 - 0.5 * share * slope)
