@@ -134,6 +134,20 @@ def test_a_candidate_that_cannot_be_is_told(campaign, entry, says):
         stated(with_plan(campaign, f"\n[[plan.records]]\n{entry}\n").spec, campaign.problem)
 
 
+@pytest.mark.parametrize("command", ["discover", "laws", "plan"])
+def test_a_mistake_in_the_plan_is_told_before_anything_is_searched(campaign, command, monkeypatch):
+    study = with_plan(campaign, '\n[[plan.records]]\nlike = "snpa"\n')
+
+    def searches(*_, **__):
+        raise AssertionError("a search began")
+
+    monkeypatch.setattr("rigid.study.discovery.best_of_few", searches)
+    monkeypatch.setattr("rigid.study.laws.fit_laws", searches)
+    monkeypatch.setattr("rigid.study.plan.search_once", searches)
+    with pytest.raises(InputError, match="did you mean 'snap'"):
+        getattr(study, command)(quiet=True)
+
+
 def test_only_the_candidate_counts_in_its_problem(campaign):
     change = Change("stroll", flow=2.0, interval=2.0)
     base = campaign.problem

@@ -106,6 +106,15 @@ class Layout:
             for count in (len(p.tracks),)
         )
 
+    def mean_weights(self) -> dict[tuple[str, str], float]:
+        """Mean weight of what was read, by label of the record and quantity."""
+        found = {}
+        for number, channel in enumerate(self.channels):
+            read = self.weight[(self.channel == number) & self.read]
+            if len(read):
+                found[channel.track, channel.quantity] = float(read.mean())
+        return found
+
     def weighed(self, weight: np.ndarray) -> "Layout":
         """Return the same samples with other weights (n,)."""
         return dataclasses.replace(self, weight=weight)

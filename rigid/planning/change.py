@@ -15,6 +15,7 @@ from rigid.likelihood.machine_group import P_START, V_START, X_START
 from rigid.likelihood.parameters import Parameter
 from rigid.likelihood.problem import Problem
 from rigid.localfit.candidates import standard_of
+from rigid.localfit.samples import lay_out
 from rigid.records.record import Channel, Record
 from rigid.spec import Known, Spec
 from rigid.spec.record import RecordSpec, Stretch
@@ -158,7 +159,7 @@ def changed(
     )
     new = assemble(spec.model_copy(update={"records": specs}), listed)
     new = dataclasses.replace(new, pieces=tuple(_ranged(p, changes[0].ranges) for p in new.pieces))
-    weight = _mean_weights(base)
+    weight = lay_out(base).mean_weights()
     found = {}
     for piece in new.pieces:
         columns = []
@@ -195,18 +196,6 @@ def as_taken(spec: Spec, records: tuple[Record, ...], change: Change, name: str)
         tuple(one.model_copy(update={"name": name}) for one in specs),
         tuple(dataclasses.replace(one, name=name) for one in listed),
     )
-
-
-def _mean_weights(problem: Problem) -> dict[tuple[str, str], float]:
-    """Weight of a sample of each channel that counts, by label of the track and quantity."""
-    found = {}
-    for piece in problem.pieces:
-        for i, track in enumerate(piece.tracks):
-            column = np.asarray(piece.weight)[:, i]
-            label = problem.groups[piece.group].tracks[track].label
-            if (column > 0.0).any():
-                found[label, piece.quantity] = float(column[column > 0.0].mean())
-    return found
 
 
 def _restated(record: RecordSpec, change: Change) -> RecordSpec:

@@ -1,7 +1,6 @@
 """A fit where candidates stand in place of the records that they are like."""
 
 import dataclasses
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -135,16 +134,6 @@ def _levels(problem: Problem) -> list[str]:
 def _weighed(problem: Problem, like: Layout) -> Layout:
     """The samples of candidates, each as much of a fact as those of the channel it is like."""
     new = lay_out(problem)
-    means = _means(like)
+    means = like.mean_weights()
     weight = np.array([means.get((c.track, c.quantity), 1.0) for c in new.channels])
     return new.weighed(np.where(new.read, weight[new.channel], 0.0))
-
-
-def _means(layout: Layout) -> Mapping[tuple[str, str], float]:
-    """Mean weight of what was read, by track and quantity."""
-    found = {}
-    for number, channel in enumerate(layout.channels):
-        read = layout.weight[(layout.channel == number) & layout.read]
-        if len(read):
-            found[channel.track, channel.quantity] = float(read.mean())
-    return found

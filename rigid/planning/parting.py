@@ -50,12 +50,16 @@ class Parting:
     @property
     def sentence(self) -> str:
         """What to take, and how often the two are told apart with it."""
-        return f"{self.words}: with it, the two are told apart in {often(self.apart[0])}"
+        return f"{self.words}: with it, the two are told apart in {often(told(self.apart[0]))}"
 
 
-def often(apart: float) -> str:
-    """In how many campaigns an ideal observer tells two explanations apart."""
-    share = float(norm.cdf(apart))
+def told(apart: float) -> float:
+    """Share of campaigns in which an ideal observer tells two explanations apart."""
+    return float(norm.cdf(apart))
+
+
+def often(share: float) -> str:
+    """That share in words."""
     return f"{'more than 99' if share > 0.99 else f'{100 * share:.0f}'} % of campaigns"
 
 

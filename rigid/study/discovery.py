@@ -26,7 +26,7 @@ from rigid.likelihood.machine import everywhere
 from rigid.likelihood.problem import Problem
 from rigid.localfit.reference_check import against_reference
 from rigid.localfit.settled import state_of
-from rigid.planning.elsewhere import possible
+from rigid.planning.elsewhere import Possible, possible
 from rigid.planning.parting import Pair, best, between_effects
 from rigid.records.record import Record
 from rigid.report.content import Check
@@ -42,6 +42,8 @@ from rigid.study.result import CommandResult
 
 Opened = TypeVar("Opened")
 
+UNFINISHED = (KEPT, REFITS)
+"""Folders of a run under way."""
 STARTS = 8
 """Starts of the search, at most: mostly the first two agree."""
 
@@ -179,27 +181,29 @@ def answer(
 
     - `opened`: what makes a study of a spec.
     - `options`: `out` is the folder that keeps what takes long, None: none does.
+
+    Raises InputError where [plan] names a record or a setting that is not there.
     """
     spec = asked.spec
-    shelf = Shelf(options.out, _mark(asked, seed), options.resume)
-    found = shelf.once("discovery-search", lambda: _best(asked, seed, options), (Best,))
+    shelf = shelf_of(asked, seed, options)
+    known = possible(spec, asked.records, asked.problem)  # a mistake in [plan] is told first
+    found = best_fit(asked, seed, options, shelf)
     best = found.z, found.standard
     with stages(options.quiet) as follow:
         running = Running(seed, follow, shelf)
         outcome = work(asked.problem, best, asked.effects, given_priors(spec), running)
-        outcome = _with_next_records(outcome, asked)
-    shelf.clear(KEPT, REFITS)  # tens of megabytes that only a run under way needs
+        outcome = _with_next_records(outcome, known)
+    shelf.clear(*UNFINISHED)  # tens of megabytes that only a run under way needs
     return Discovery(asked, outcome, seed, agreement(found), opened, options.out)
 
 
-def _with_next_records(outcome: Outcome, asked: Question) -> Outcome:
+def _with_next_records(outcome: Outcome, known: Possible) -> Outcome:
     """Say of every step at which two effects are tied which record would part them best."""
     steps = []
     for number, step in enumerate(outcome.steps):
         if step.tied is not None:
             pair = Pair(outcome.before(number), outcome.programs, *step.tied)
-            ranked = between_effects(pair, possible(asked.spec, asked.records, asked.problem))
-            record = best(ranked)
+            record = best(between_effects(pair, known))
             step = dataclasses.replace(step, next_record=record and record.sentence)
         steps.append(step)
     return dataclasses.replace(outcome, steps=tuple(steps))
@@ -212,6 +216,11 @@ def agreement(found: Best) -> Check:
     if found.starts == 1:
         said = "one start alone: none could disagree"
     return Check("starts", found.agree or found.starts == 1, said)
+
+
+def shelf_of(asked: Question, seed: int, options: Options) -> Shelf:
+    """What of a run is kept while it is under way."""
+    return Shelf(options.out, _mark(asked, seed), options.resume)
 
 
 def _mark(asked: Question, seed: int) -> dict[str, str]:
@@ -228,8 +237,12 @@ def _mark(asked: Question, seed: int) -> dict[str, str]:
     )
 
 
-def _best(asked: Question, seed: int, options: Options) -> Best:
-    """Search the best fit."""
-    starts = min(asked.spec.sampler.starts, STARTS)
-    with stage(options.quiet, "search", starts, "starts") as shown:
-        return best_of_few(asked.problem, starts, seed, shown.reach)
+def best_fit(asked: Question, seed: int, options: Options, shelf: Shelf) -> Best:
+    """Search the best fit of the model as specified; a run that goes on finds it on the shelf."""
+
+    def search() -> Best:
+        starts = min(asked.spec.sampler.starts, STARTS)
+        with stage(options.quiet, "search", starts, "starts") as shown:
+            return best_of_few(asked.problem, starts, seed, shown.reach)
+
+    return shelf.once("discovery-search", search, (Best,))

@@ -21,7 +21,7 @@ from rigid.likelihood.effect_lookup import marks
 from rigid.likelihood.listing import given_priors
 from rigid.likelihood.problem import Problem
 from rigid.localfit.reference_check import against_reference
-from rigid.planning.elsewhere import possible
+from rigid.planning.elsewhere import Possible, possible
 from rigid.planning.parting import Parting, Rivals, best, between_fits
 from rigid.records.record import Record
 from rigid.report.laws.output import as_csv, as_dict
@@ -43,12 +43,14 @@ class Laws(CommandResult):
     """A comparison of friction models.
 
     - `spec`; `records`: as read; `comparison`: all that was worked out; `seed`.
+    - `known`: records that could be taken next.
     """
 
     spec: Spec
     records: tuple[Record, ...]
     comparison: Comparison
     seed: int
+    known: Possible
 
     @cached_property
     def solver(self) -> SolverCheck | None:
@@ -58,7 +60,7 @@ class Laws(CommandResult):
     @cached_property
     def result(self) -> Mapping[str, Any]:
         """All of laws.json."""
-        further = next_record(self.comparison, self.spec, self.records)
+        further = next_record(self.comparison, self.known)
         return as_dict(self.spec, self.comparison, further, self.seed, self.solver)
 
     def table(self) -> str:
@@ -76,7 +78,7 @@ class Laws(CommandResult):
         Shelf(folder / KEPT).clear()
 
 
-def next_record(found: Comparison, spec: Spec, records: tuple[Record, ...]) -> Parting | None:
+def next_record(found: Comparison, known: Possible) -> Parting | None:
     """Find the record that parts the first model best from the likeliest of those tied with it.
 
     None where nothing is tied or no record keeps the limits.
@@ -88,8 +90,7 @@ def next_record(found: Comparison, spec: Spec, records: tuple[Record, ...]) -> P
     rivals = Rivals(
         (first.local, other.local), (programs.of(first.model), programs.of(other.model))
     )
-    without = without_friction(spec, first.model.place)
-    return best(between_fits(rivals, possible(without, records, first.local.hypothesis.problem)))
+    return best(between_fits(rivals, known))
 
 
 def compare_laws(
@@ -104,7 +105,10 @@ def compare_laws(
 
     - `problem`: of spec and records, without friction at `place`. - `options`: whether progress is
       told; `out` keeps what takes long until the files are written.
+
+    Raises InputError where [plan] names a record or a setting that is not there.
     """
+    known = possible(without_friction(spec, place), records, problem)
     mark = fingerprint(spec, records, seed) | marks(problem.effects) | {"joint": place.joint}
     shelf = Shelf(None if options.out is None else options.out / KEPT, mark, options.resume)
     with stages(options.quiet) as follow:
@@ -113,7 +117,7 @@ def compare_laws(
         asked = Asked(problem, models(spec, problem, place), given, seed, search)
         fitted = fit_laws(asked, follow, shelf)
         follow("compare")
-        return Laws(spec, records, compare(fitted, seed, shelf), seed)
+        return Laws(spec, records, compare(fitted, seed, shelf), seed, known)
 
 
 def _searched(

@@ -8,11 +8,10 @@ from typing import Any
 
 from rigid.discovery.workflow import Running, Turn, first_turn, tied
 from rigid.effects import AbstractEffect
-from rigid.inference.search import best_of_few
 from rigid.io.cli import Options
 from rigid.io.errors import InputError
 from rigid.io.files import write_text
-from rigid.io.progress import stage, stages
+from rigid.io.progress import stages
 from rigid.likelihood.listing import given_priors
 from rigid.localfit.settled import state_of
 from rigid.planning.elsewhere import possible
@@ -26,7 +25,7 @@ from rigid.report.parted.section import KIND
 from rigid.report.section import write_report
 from rigid.report.usability import optimum
 from rigid.spec.sentences import unknown
-from rigid.study.discovery import STARTS, Question, agreement
+from rigid.study.discovery import UNFINISHED, Question, agreement, best_fit, shelf_of
 from rigid.study.result import CommandResult
 
 
@@ -77,18 +76,18 @@ def part(asked: Question, names: tuple[str, str], seed: int, options: Options) -
     spec, problem = asked.spec, asked.problem
     effects = _named(asked, names)
     known = possible(spec, asked.records, problem)
-    starts = min(spec.sampler.starts, STARTS)
-    with stage(options.quiet, "search", starts, "starts") as shown:
-        best = best_of_few(problem, starts, seed, shown.reach)
+    shelf = shelf_of(asked, seed, options)
+    best = best_fit(asked, seed, options, shelf)
     with stages(options.quiet) as follow:
         at = best.z, best.standard
-        turn = first_turn(problem, at, effects, given_priors(spec), Running(seed, follow))
+        turn = first_turn(problem, at, effects, given_priors(spec), Running(seed, follow, shelf))
         found = turn.found
         first, other = sorted(names, key=lambda name: -found.effects[name])
         two = tied(found, first, other)
         follow("weigh records")
         pair = Pair(turn.fit.local, turn.fit.programs, *two)
         ranked = between_effects(pair, known, REPEATS)
+    shelf.clear(*UNFINISHED)
     logs = found.effects[first], found.effects[other]
     both = Both((first, other), logs, two.both[0], two.amplitude)
     return Parted(asked, turn, both, ranked, seed, agreement(best))

@@ -114,18 +114,18 @@ def _law(test: Sought, problem: Problem, w: np.ndarray, z: np.ndarray) -> RigMod
     full[:, free] = every[:, : int(free.sum())]
     values = {label: np.asarray(v) for label, v in values_of(problem, full).items()}
     standard = every[:, int(free.sum()) :].reshape(len(every), -1, 2)
+    sensors: dict[str, dict[str, np.ndarray]] = {"gain": {}, "zero": {}}
     for number, label in enumerate(problem.sensors):
-        gain, zero = spread[label]
-        values[f"gain[{label}]"] = gain * standard[:, number, 0]
-        values[f"zero[{label}]"] = zero * standard[:, number, 1]
+        for at, (name, one) in enumerate(sensors.items()):
+            one[f"{name}[{label}]"] = spread[label][at] * standard[:, number, at]
     listed = sheets(test.spec)
     for number, one in enumerate(unread):
         sheet, first = listed[one.quantity], len(w) + 4 * number
         for at, (name, sd) in enumerate((("gain", sheet.gain_sd), ("zero", sheet.zero_sd))):
             shifts = np.zeros(len(every))
             shifts[first + 2 * at : first + 2 * at + 2] = sd, -sd
-            values[f"{name}[{one.label}]"] = shifts
+            sensors[name][f"{name}[{one.label}]"] = shifts
         values.setdefault(f"noise[{one.label}]", np.full(len(every), sheet.noise))
-    names = {n: tuple(k for k in values if k.startswith(f"{n}[")) for n in ("gain", "zero")}
-    effects = problem.effects
-    return RigModel("best fit", 1.0, effects, values, names, "", test.spec.machine)
+    labels = {name: tuple(one) for name, one in sensors.items()}
+    values |= sensors["gain"] | sensors["zero"]
+    return RigModel("best fit", 1.0, problem.effects, values, labels, "", test.spec.machine)

@@ -3,13 +3,11 @@
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from scipy.stats import norm
-
 from rigid.io.files import csv_text, finite
 from rigid.localfit.candidates import Candidate, priors_of
 from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import aside_of
-from rigid.planning.parting import Parting
+from rigid.planning.parting import Parting, told
 from rigid.planning.ranking import REPEATS
 from rigid.report.content import Check
 from rigid.report.plan.output import candidate
@@ -76,7 +74,7 @@ def _record(one: Parting) -> dict[str, Any]:
 
 def _told(count: int, apart: float) -> dict[str, Any]:
     """How far apart the two are with so many records, and how often they are told apart."""
-    return {"records": count, "apart": finite(apart), "told": finite(float(norm.cdf(apart)))}
+    return {"records": count, "apart": finite(apart), "told": finite(told(apart))}
 
 
 def as_csv(made: dict[str, Any]) -> str:

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
+from rigid.planning.parting import often
 from rigid.plots import metrology
 from rigid.report.content import (
     BAD,
@@ -51,7 +52,7 @@ def front(made: dict[str, Any]) -> Front:
         ruling=ruling(made),
         why=tuple(one["says"] for one in made["checks"] if not one["ok"]),
         answers=tuple(
-            Answer(one["record"], _often(one["expected"][0]["told"]), _several(one))
+            Answer(one["record"], often(one["expected"][0]["told"]), _several(one))
             for one in listed[:FOLLOWING]
         ),
         cannot=tuple(_cannot(made, enough)),
@@ -71,16 +72,12 @@ def ruling(made: dict[str, Any]) -> str:
     said = recorded(listed[0])
     return (
         f"{said[0].upper()}{said[1:]} tells {pair['first']} from {pair['other']} best {by}: with "
-        f"it in {_often(_one(listed[0]))}, now in {_often(made['now']['told'])}."
+        f"it in {often(_one(listed[0]))}, now in {often(made['now']['told'])}."
     ).replace(" :", ":")
 
 
 def _one(record: dict[str, Any]) -> float:
     return record["expected"][0]["told"]
-
-
-def _often(share: float) -> str:
-    return "more than 99 % of campaigns" if share > 0.99 else f"{100 * share:.0f} % of campaigns"
 
 
 def _several(one: dict[str, Any]) -> str:
