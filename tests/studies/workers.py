@@ -183,7 +183,7 @@ def _projection(rows: dict[int, dict]) -> list[str]:
         f"**On paper: {FITS:,} fits on {NODES} machines of {CORES} cores**, one worker a core. The "
         f"work, {FITS * mean / 3600.0:.0f} core-h at {mean:.0f} core-s, takes {worked:.0f} min "
         f"with the {first - mean:.0f} core-s that a worker compiles for once; not less than the "
-        f"longest fit, {longest:.0f} min. The client hands out and takes in {FITS:,} jobs in {client:.1f} "
+        f"longest fit, {longest:.0f} min. The client hands out and takes in all in {client:.1f} "
         f"min; reports of {REPORT / 2**20:.0f} MiB each take {line:.0f} min of a line of 1 Gbit/s, "
         f"or {FITS * each(rows[1]) / 60.0:.0f} min at the rate of this machine. "
         f"So {'the line to the client' if line > worked else 'the work'} is what it waits for.",
