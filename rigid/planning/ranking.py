@@ -4,7 +4,7 @@ import dataclasses
 import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +32,8 @@ from rigid.spec import Spec
 
 POINTS = 8
 """Of the posterior, at which the records that there are and the candidates are expanded."""
+LEADING, CLOSER = 3, 16
+"""Candidates that are weighed a second time, and at how many other points."""
 DRAWS = 256
 """Of the law over the modes, of which the points are taken by their weights."""
 REPEATS = (1, 2, 4)
@@ -102,53 +104,107 @@ def rank(
 ) -> Ranking:
     """Rank candidates by what they are expected to tell.
 
-    - `asked`: quantities by name. - `report(done)`: after each candidate.
+    The first of two dozen is likely one whose expectation is too good: the first LEADING are
+    weighed anew at other points, and that is what they promise.
+
+    - `asked`: quantities by name. - `report(done)`: after each candidate that is weighed.
     """
-    problem = fitted.known.found.problem
-    points = _points(fitted.known, np.random.default_rng([seed, 3]))
-    slopes = np.array([[q.slope(problem, z) for z in points] for q in asked.values()])
-    stays = np.array([q.stays for q in asked.values()])[:, None]
+    rng = np.random.default_rng([seed, 3])
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
-        places = list(pool.map(partial(point, problem), points))
-        now = list(pool.map(partial(information, problem), places))
-        before = np.hypot(_sds(now, slopes), np.sqrt(stays))
+        every = _Around(fitted, asked, _points(fitted.known, rng, POINTS), seed, pool)
         ranked = []
         for number, change in enumerate(changes, start=1):
-            new = changed(fitted.spec, fitted.records, problem, (change,))
-            told = list(pool.map(partial(_told, problem, new, change, seed), places))
-            after = [
-                np.hypot(
-                    _sds([j + n * one.adds for j, one in zip(now, told, strict=True)], slopes),
-                    np.sqrt(stays),
-                )
-                for n in REPEATS
-            ]
-            factor = np.stack(after, axis=1) / before[:, None]
-            most = [one.greatest for one in told]
-            ranked.append(Ranked(change, factor, beyond(most, limits_of(fitted.spec, change))))
+            ranked.append(every.ranked(change))
             report(number)
-    ranked.sort(key=lambda one: (one.beyond is not None, -one.worth))
-    median = np.array([np.median(quantity.values(points)) for quantity in asked.values()])
+        ranked.sort(key=_order)
+        closer = _Around(fitted, asked, _points(fitted.known, rng, CLOSER), seed, pool)
+        for place, one in enumerate(ranked[:LEADING]):
+            if one.beyond is None:
+                ranked[place] = closer.ranked(one.change)
+            report(len(changes) + place + 1)
+    ranked.sort(key=_order)
+    median = np.array([np.median(quantity.values(closer.points)) for quantity in asked.values()])
     units = tuple(quantity.unit for quantity in asked.values())
-    return Ranking(tuple(asked), units, median, np.median(before, axis=1), tuple(ranked))
+    sds = np.median(closer.before, axis=1)
+    return Ranking(tuple(asked), units, median, sds, tuple(ranked))
 
 
-def _points(known: Searched, rng: np.random.Generator) -> Float[np.ndarray, "points size"]:
+def weighed(changes: tuple[Change, ...]) -> int:
+    """How often `rank` weighs a candidate."""
+    return len(changes) + min(LEADING, len(changes))
+
+
+def _order(one: Ranked) -> tuple[bool, float]:
+    return one.beyond is not None, -one.worth
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Around:
+    """Points of the posterior, and what the records there are tell at each.
+
+    - `points` (points, size). - `seed`: of simulated readings. - `pool`: works at points at once.
+    """
+
+    fitted: Fitted
+    asked: Mapping[str, Quantity]
+    points: Float[np.ndarray, "points size"]
+    seed: int
+    pool: ThreadPoolExecutor
+
+    @cached_property
+    def _places(self) -> list[Point]:
+        return list(self.pool.map(partial(point, self._problem), self.points))
+
+    @cached_property
+    def _now(self) -> list[np.ndarray]:
+        return list(self.pool.map(partial(information, self._problem), self._places))
+
+    @cached_property
+    def _slopes(self) -> np.ndarray:
+        listed = self.asked.values()
+        return np.array([[q.slope(self._problem, z) for z in self.points] for q in listed])
+
+    @property
+    def _problem(self) -> Problem:
+        return self.fitted.known.found.problem
+
+    @cached_property
+    def before(self) -> Float[np.ndarray, "quantities points"]:
+        """Standard deviations by the records there are."""
+        return self._sds(self._now)
+
+    def ranked(self, change: Change) -> Ranked:
+        """Weigh a candidate."""
+        spec, records = self.fitted.spec, self.fitted.records
+        new = changed(spec, records, self._problem, (change,))
+        tell = partial(_told, self._problem, new, change, self.seed)
+        told = list(self.pool.map(tell, self._places))
+        after = [
+            self._sds([j + n * one.adds for j, one in zip(self._now, told, strict=True)])
+            for n in REPEATS
+        ]
+        factor = np.stack(after, axis=1) / self.before[:, None]
+        most = [one.greatest for one in told]
+        return Ranked(change, factor, beyond(most, limits_of(spec, change)))
+
+    def _sds(self, precisions: list[np.ndarray]) -> Float[np.ndarray, "quantities points"]:
+        """Standard deviation of every quantity at every point under precisions there."""
+        known = [[sd(j, g) for j, g in zip(precisions, row, strict=True)] for row in self._slopes]
+        stays = np.array([q.stays for q in self.asked.values()])[:, None]
+        return np.hypot(np.array(known), np.sqrt(stays))
+
+
+def _points(
+    known: Searched, rng: np.random.Generator, count: int
+) -> Float[np.ndarray, "points size"]:
     """Points of the posterior: draws of the law over the modes, by their weights."""
     density = known.chart.density(lambda z: log_density(known.found.problem, z))
     found = drawn(density, known.law, rng, DRAWS)
     share = found.weight / found.weight.sum()
     # Systematic: a draw of great weight is taken as often as its weight says, within one.
-    places = (rng.uniform() + np.arange(POINTS)) / POINTS
+    places = (rng.uniform() + np.arange(count)) / count
     at = np.searchsorted(np.cumsum(share), places)
     return known.chart.standard(found.z[np.minimum(at, DRAWS - 1)])
-
-
-def _sds(
-    precisions: list[np.ndarray], slopes: np.ndarray
-) -> Float[np.ndarray, "quantities points"]:
-    """Standard deviation of every quantity at every point."""
-    return np.array([[sd(j, g) for j, g in zip(precisions, row, strict=True)] for row in slopes])
 
 
 class _Told(NamedTuple):

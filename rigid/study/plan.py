@@ -16,7 +16,7 @@ from rigid.io.progress import stage
 from rigid.planning.change import stated
 from rigid.planning.pool import pool
 from rigid.planning.quantity import quantity_of, usual
-from rigid.planning.ranking import Fitted, Ranking, rank
+from rigid.planning.ranking import Fitted, Ranking, rank, weighed
 from rigid.records.record import Record
 from rigid.report.made import made as provenance
 from rigid.report.plan.output import as_csv, as_dict
@@ -95,6 +95,6 @@ def plan(
         with stage(options.quiet, name, None, "passes") as shown:
             values[name] = peak_load(test, known.found, seed, shown.add)
     values = {name: values[name] for name in names}
-    with stage(options.quiet, "weigh records", len(changes), "records") as shown:
+    with stage(options.quiet, "weigh records", weighed(changes), "records") as shown:
         found = rank(Fitted(every.spec, every.records, known), values, changes, seed, shown.reach)
     return Plan(spec, records, known, found, seed)
