@@ -23,7 +23,7 @@ from rigid.published.walk.items import (
     Item,
 )
 from rigid.published.walk.numbers import read_numbers
-from rigid.published.walk.solving import Stretch, loaded, run
+from rigid.published.walk.solving import Stretch, run
 from rigid.report.paper.content import PARTS, row
 from rigid.report.paper.typeset import BELONGS, SYMBOLS, TYPESET, equation, words
 
@@ -185,7 +185,7 @@ def test_a_load_history_is_felt_by_the_load_cell_and_the_solver_balances():
     effects = tuple(equations.CATALOGUE[name] for name in equations.BASE)
     asked = np.linspace(0.0, 4.0, 9)
     values = [{**nominal(NUMBERS), "mu": 3.7e3}]
-    found = run((*effects, loaded((times, loads))), values, [Stretch(4.0)], asked)
+    found = run(effects, values, [Stretch(4.0)], asked, (times, loads))
     load = np.interp(asked, times, loads)
     # Out of the first oscillation: 1e4 N/s against a stiffness of 60 MN/m over 0.235 s of decay.
     np.testing.assert_allclose(found.load[0][4:], load[4:], rtol=2e-3)

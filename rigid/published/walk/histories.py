@@ -18,7 +18,7 @@ from rigid.published.catalogue import TRANSFER
 from rigid.published.walk.constants import Constants, nominal
 from rigid.published.walk.equations import BASE, base_rig
 from rigid.published.walk.numbers import Numbers
-from rigid.published.walk.solving import History, Stretch, Trajectory, loaded, run
+from rigid.published.walk.solving import History, Stretch, Trajectory, run
 
 SOLVED = 12
 """Draws of the constants for which a figure is solved, beside the printed ones."""
@@ -172,7 +172,7 @@ def field_test(
     kappa, opens = numbers[f"kappa_{cylinder}"].si, numbers["valve_shut"].si
     fails = numbers["contact_until"].si
     times = np.unique([*np.linspace(0.0, ENDS, 301), fails, fails + FAILURE])
-    effects = _effects(loaded(history))
+    effects = _effects()
     rng = np.random.default_rng([30, ord(cylinder)])
     low, high = numbers["mu_release"].si, numbers[f"mu_{cylinder}"].si
     frictions = np.exp(rng.uniform(np.log(low), np.log(high), len(few)))
@@ -181,9 +181,9 @@ def field_test(
     ends = (fails, fails + FAILURE, ENDS)
     constant = [Stretch(opens, kappa), *(Stretch(end, kappa) for end in ends)]
     by_hand = [Stretch(opens, kappa), Stretch(REOPENED, 0.0), *(Stretch(e, kappa) for e in ends)]
-    simulated = run(effects, values, constant, times)
+    simulated = run(effects, values, constant, times, history)
     moved = by_hand if cylinder == "B" else constant
-    recorded = run(effects, values[:1], moved, times)
+    recorded = run(effects, values[:1], moved, times, history)
     return recorded, simulated, np.interp(times, *history)
 
 
@@ -195,7 +195,7 @@ def drop(numbers: Numbers, few: Sequence[Constants], alpha: float) -> tuple[Traj
     times = np.unique([*np.linspace(0.0, DROP_ENDS, 251), *knots])
     values = _with(few, mu=numbers["mu_release"].si)
     stretches = [Stretch(end, numbers["kappa_drop"].si) for end in knots[1:]]
-    found = run(_effects(loaded((knots, loads))), values, stretches, times)
+    found = run(_effects(), values, stretches, times, (knots, loads))
     return found, np.interp(times, knots, loads)
 
 
@@ -207,5 +207,5 @@ def step_of_the_load(numbers: Numbers) -> float:
     times = np.linspace(0.0, 3 * sample, 601)
     values = _with([nominal(numbers)], mu=numbers["mu_release"].si)
     stretches = [Stretch(sample), Stretch(3 * sample)]
-    found = run(_effects(loaded((knots, loads))), values, stretches, times)
+    found = run(_effects(), values, stretches, times, (knots, loads))
     return float(np.abs(found.load[0] - np.interp(times, knots, loads)).max())

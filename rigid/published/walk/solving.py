@@ -1,8 +1,8 @@
 """Runs of the package's own solver that stand in for records that are not public."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
@@ -11,14 +11,19 @@ import numpy as np
 from jax import Array
 from jaxtyping import Float
 
-from rigid.effects.base import AbstractEffect, Action, State
-from rigid.physics.full import integrate
+from rigid.effects.base import AbstractEffect
+from rigid.physics.full import solved
 from rigid.physics.rest import rest_under
-from rigid.physics.rig import Rig, Surroundings, build_rig
+from rigid.physics.rig import Surroundings, build_rig
 from rigid.published.walk.constants import Constants
 
+TOLERANCE = 1e-6
+"""Of the solver: a hundredth of what a page shows of a curve."""
+
 History = tuple[np.ndarray, np.ndarray]
-"""Times [s], rising, and the load [N] on the plate there, compression positive."""
+"""Times [s], rising, and the load [N] on the plate there, compression positive: F_Ice of (20) with
+its sign mended."""
+NO_LOAD: History = (np.array([0.0, 1.0]), np.zeros(2))
 
 
 @dataclass(frozen=True)
@@ -52,22 +57,21 @@ class Trajectory:
         return np.stack([values[0], *np.percentile(values, (5, 95), axis=0)])
 
 
-def loaded(history: History) -> type[AbstractEffect]:
-    """An effect that presses on the plate as a history says: F_Ice of (20) with its sign mended."""
-    times, loads = (jnp.asarray(part) for part in history)
+class _Course(NamedTuple):
+    """What is done in a run, stretch after stretch, as arrays: runs of one shape share a program.
 
-    class LoadHistory(AbstractEffect):
-        """A load on the plate over time."""
+    - `begin`, `end` (stretches,) [s]; `times` (stretches, most) [s]: asked for in each, and its end
+      again and again behind them. - `flow_fraction`, `in_frame` (stretches,).
+    - `knots`, `loads` (knots,): the history of the load.
+    """
 
-        name: ClassVar[str] = "load-history"
-        equation: ClassVar[str] = "plunger-momentum"
-        source: ClassVar[str] = "paper, eq. (20) and the text on Fig. 10"
-
-        def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
-            """Return the force on the plunger."""
-            return Action(on_plunger=-jnp.interp(state.time, times, loads))
-
-    return LoadHistory
+    begin: Array
+    end: Array
+    times: Array
+    flow_fraction: Array
+    in_frame: Array
+    knots: Array
+    loads: Array
 
 
 def run(
@@ -75,57 +79,66 @@ def run(
     drawn: Sequence[Constants],
     stretches: Sequence[Stretch],
     times: Float[np.ndarray, " times"],
+    history: History = NO_LOAD,
 ) -> Trajectory:
     """Solve one history for several rigs.
 
     - `drawn`: constants and parameters of the effects [SI] by label; `kappa_factor` in them
       multiplies the flow fractions. - `times` [s]: rising, from 0, when the rig is at rest.
+    - `history`: of the load; stretches end where it bends.
     """
-    labels = drawn[0].keys()
-    values = {label: jnp.asarray([one[label] for one in drawn]) for label in labels}
-    solve = eqx.filter_jit(_solver(tuple(effects), tuple(stretches), times))
-    states, loads = jax.lax.map(solve, values)
-    states = np.asarray(states)
-    return Trajectory(
-        times, states[..., 2] - states[..., 0], states[..., 2], states[..., 4], np.asarray(loads)
+    values = {label: jnp.asarray([one[label] for one in drawn]) for label in drawn[0]}
+    ends = np.array([stretch.until for stretch in stretches])
+    part = np.minimum(np.searchsorted(ends, times, side="right"), len(ends) - 1)
+    inside = [times[part == number] for number in range(len(ends))]
+    most = max(len(one) for one in inside)
+    asked = [
+        np.append(one, np.full(most - len(one), end)) for one, end in zip(inside, ends, strict=True)
+    ]
+    course = _Course(
+        jnp.asarray([0.0, *ends[:-1]]),
+        jnp.asarray(ends),
+        jnp.asarray(asked),
+        jnp.asarray([stretch.flow_fraction for stretch in stretches]),
+        jnp.asarray([float(stretch.in_frame) for stretch in stretches]),
+        *(jnp.asarray(one) for one in history),
     )
+    states, loads = (np.asarray(one) for one in _solve(tuple(effects), values, course))
+    place = np.concatenate([np.arange(len(one)) for one in inside])
+    states, loads = states[:, part, place], loads[:, part, place]
+    return Trajectory(times, states[..., 2] - states[..., 0], states[..., 2], states[..., 4], loads)
 
 
-def _solver(
-    effects: tuple[type[AbstractEffect], ...],
-    stretches: tuple[Stretch, ...],
-    times: np.ndarray,
-) -> Callable[[dict[str, Array]], tuple[Array, Array]]:
-    """Return a function of one rig's values to its states (times, n) and loads (times,)."""
-    begins = (0.0, *(s.until for s in stretches[:-1]))
+@eqx.filter_jit
+def _solve(
+    effects: tuple[type[AbstractEffect], ...], values: Mapping[str, Array], course: _Course
+) -> tuple[Array, Array]:
+    """States (draws, stretches, most, n) and loads F_LC [N] (draws, stretches, most)."""
 
-    def solve(values: dict[str, Array]) -> tuple[Array, Array]:
+    def one(values: Mapping[str, Array]) -> tuple[Array, Array]:
         rig = build_rig(effects, values)
         factor = values.get("kappa_factor", jnp.asarray(1.0))
-        flat = rest_under(rig, 0.0)
-        parts, loads = [], []
-        for stretch, begin in zip(stretches, begins, strict=True):
-            last = stretch is stretches[-1]
-            inside = (times >= begin) & (
-                (times <= stretch.until) if last else times < stretch.until
-            )
-            grid = np.unique([begin, *times[inside], stretch.until])
-            contact = values["k_frame"] if stretch.in_frame else jnp.asarray(0.0)
-            outside = Surroundings(contact, 0.0, factor * stretch.flow_fraction, 0.0)
-            path = integrate(rig, outside, flat, jnp.asarray(grid))
-            flat = path[-1]
-            kept = path[np.searchsorted(grid, times[inside])]
-            parts.append(kept)
-            loads.append(_loads(rig, kept, outside, times[inside]))
-        return jnp.concatenate(parts), jnp.concatenate(loads)
 
-    return solve
+        def stretch(flat: Array, now: _Course) -> tuple[Array, tuple[Array, Array]]:
+            def outside(time: Array) -> Surroundings:
+                pressed = -jnp.interp(time, course.knots, course.loads)
+                contact = now.in_frame * values["k_frame"]
+                return Surroundings(contact, pressed, factor * now.flow_fraction, time)
 
+            def rates(time: Array, flat: Array) -> Array:
+                moved = rig.motion(flat, outside(time)).rates
+                return jnp.stack([jnp.broadcast_to(rate, ()) for rate in moved])
 
-def _loads(rig: Rig, states: Array, outside: Surroundings, times: np.ndarray) -> Array:
-    """F_LC [N] along a path."""
+            def load(flat: Array, time: Array) -> Array:
+                return jnp.broadcast_to(rig.motion(flat, outside(time)).load, ())
 
-    def load(flat: Array, time: Array) -> Array:
-        return jnp.broadcast_to(rig.motion(flat, outside._replace(time=time)).load, ())
+            asked = jnp.append(now.times, now.end)
+            when = (now.begin, now.end), asked
+            path = solved(rates, rig.scales, flat, when, TOLERANCE, np.inf)
+            states = jnp.where(path.ended, path.states, jnp.nan)
+            return states[-1], (states[:-1], jax.vmap(load)(states[:-1], now.times))
 
-    return jax.vmap(load)(states, jnp.asarray(times))
+        steps = course._replace(knots=None, loads=None)
+        return jax.lax.scan(stretch, rest_under(rig, 0.0), steps)[1]
+
+    return jax.lax.map(one, values)
