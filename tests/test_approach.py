@@ -68,6 +68,7 @@ def test_where_there_is_no_steady_part_the_prior_is_drawn_from(tmp_path: Path, n
     assert set(first.counts) == {1}
 
 
+@pytest.mark.slow
 def test_a_search_from_the_steady_part_ends_where_one_from_the_prior_does(tmp_path: Path):
     spec = spec_with(tmp_path, only="release-1", names=effects("coulomb-friction"))
     problem = assemble(spec, records := read_records(spec))

@@ -93,6 +93,7 @@ def held(band, load) -> float:
     return float(np.mean((band[0] <= load) & (load <= band[4])))
 
 
+@pytest.mark.slow
 def test_the_load_on_a_press_without_a_load_cell(tmp_path):
     """A specimen that gives way at 212 kN; with three times the friction the load is another."""
     band, budget, load = found("press", tmp_path)

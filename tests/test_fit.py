@@ -18,6 +18,8 @@ from small_campaign import make, write_spec
 import rigid
 from rigid.inference.posterior import load_posterior
 
+pytestmark = pytest.mark.slow  # a whole fit in a process of its own; CI runs it beside the verdicts
+
 ROOT = Path(rigid.__file__).parents[1]
 GROUPS = {
     "posterior",
@@ -268,7 +270,7 @@ def test_text_for_a_paper_counts_the_readings_that_are_compared(fitted):
     assert f"; {compared} samples in all)" in (fitted.out / "for-paper.txt").read_text("utf-8")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_finished_run_is_gone_on_with_unchanged(fitted, tmp_path):
     copy = tmp_path / "out"
     shutil.copytree(fitted.out, copy)
@@ -281,7 +283,7 @@ def test_a_finished_run_is_gone_on_with_unchanged(fitted, tmp_path):
         assert fitted.draws(group).identical(again[group].to_dataset()), group
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_tighter_rule_goes_on_from_the_chain(fitted):
     old = (fitted.folder / "specs" / "own.toml").read_text("utf-8")
     spent = fitted.result["cost"]["evaluations"]

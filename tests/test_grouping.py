@@ -58,7 +58,13 @@ def test_kinds_share_a_program_and_without_the_cut_they_do_not():
         assert found["jit(_read)"] == programs
 
 
-@pytest.mark.parametrize("names", [BASE, (*BASE, "coulomb-friction")], ids=["steady", "dry"])
+@pytest.mark.parametrize(
+    "names",
+    [
+        pytest.param(BASE, id="steady"),
+        pytest.param((*BASE, "coulomb-friction"), id="dry", marks=pytest.mark.slow),
+    ],
+)
 def test_taking_turns_changes_no_reading(names):
     """Interpolation nodes follow the strokes of a turn: readings move, by less than is seen."""
     given = values() | {"F_C": jnp.full(2, 300.0)}

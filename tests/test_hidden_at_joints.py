@@ -105,6 +105,7 @@ def test_a_joint_is_followed_whether_or_not_it_is_read(swing: LocalFit):
     assert path.spans[PRESSURE] == path.spans[CYLINDER_SPEED] == (0.0, 0.0)
 
 
+@pytest.mark.slow
 def test_what_a_bump_leaves_is_what_another_simulator_says(swing: LocalFit, tmp_path, monkeypatch):
     """A triangle of force over place or speed, added to the equations of a SciPy simulator."""
 

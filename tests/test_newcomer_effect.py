@@ -7,10 +7,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[1]
 CHECKS = "oil-shear or every_name or page_says or pushes or keeps_to_its_architecture"
 
 
+@pytest.mark.slow
 def test_an_effect_is_one_file(tmp_path: Path):
     for folder in ("rigid", "tests", "docs", "fits", "data"):
         ignored = shutil.ignore_patterns("__pycache__", "*.jsonl", "studies", "benchmarks")

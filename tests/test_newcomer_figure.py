@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[1]
 FIGURE = '''"""How far the readings of every channel reach."""
 
@@ -60,6 +62,7 @@ def run(folder: Path, *arguments: str) -> None:
     assert done.returncode == 0, done.stdout[-4000:] + done.stderr[-4000:]
 
 
+@pytest.mark.slow
 def test_a_figure_is_one_file(tmp_path: Path):
     for folder in ("rigid", "tests", "docs"):
         ignored = shutil.ignore_patterns("__pycache__", "*.jsonl", "studies", "benchmarks")

@@ -224,6 +224,7 @@ print(outcome.verdict, found.likeliest.hidden.sort, made["steps"][0]["where"]["e
 """
 
 
+@pytest.mark.slow
 def test_one_file_adds_a_sort(tmp_path: Path):
     """Screened, weighed, unnamed with its description, and on the page in its own odd units."""
     shutil.copytree(TESTS.parent / "rigid", tmp_path / "rigid")

@@ -251,6 +251,7 @@ def without(campaign, name: str, more: str):
     return load(path)
 
 
+@pytest.mark.slow
 def test_a_kind_of_record_that_was_not_taken_is_that_of_another_spec(campaign):
     """What is expected of the first release is what it tells once it is there, within a tenth.
 

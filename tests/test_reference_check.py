@@ -86,6 +86,7 @@ def test_a_solve_that_does_not_end_is_no_proof(problem, monkeypatch):
     assert found.values()["shift"] is None
 
 
+@pytest.mark.slow
 def test_the_problem_of_a_spec_by_diffrax_predicts_by_it_and_has_its_slopes(problem):
     exact = problem.with_tolerance(1e-9)
     z = jnp.asarray(draws(problem)[:2])

@@ -96,6 +96,7 @@ def test_where_nothing_is_missing_strengths_are_standard_normal(listed):
     assert 9.9 < total < 45.6  # chi squared of 24 degrees of freedom, 99.5 % either way
 
 
+@pytest.mark.slow
 def test_a_planted_effect_comes_out_by_its_strength(listed):
     names = [one.effect.name for one in listed]
     at = names.index("load-cell-drift")  # the records are linear in it

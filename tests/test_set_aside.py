@@ -5,6 +5,7 @@ import dataclasses
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from test_screening import SHEETS, campaign, fitted
 
 from rigid.inference.derived import channels, overall_gap
@@ -38,6 +39,7 @@ def spiked(problem):
     return dataclasses.replace(problem, pieces=pieces)
 
 
+@pytest.mark.slow
 def test_spikes_are_found_though_the_noise_level_that_was_fitted_holds_them():
     """Those of 16 sds raise it so that those of 9 stand less than 6 of the fitted sds off."""
     problem = campaign(304)

@@ -118,6 +118,7 @@ def told_by_the_frame_alone(mu: float) -> float:
     return float(np.linalg.norm(slopes[:, 1] - absorbed @ (absorbed.T @ slopes[:, 1])))
 
 
+@pytest.mark.slow
 def test_long_steps_do_not_make_up_what_a_record_tells(monkeypatch):
     """A ring of 0.02 N moves the bow of a cubic by 1 N, and its phase by 200 rad a prior sd: with
     the bow's derivative a fit seemed to know k_frame up to three times too well."""

@@ -66,6 +66,7 @@ def test_a_step_is_the_rigs_own_motion(rig, table):
     np.testing.assert_allclose(found[n:], [load + slope * length, slope, kappa], rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_an_interval_between_nodes_is_its_steps(rig):
     """Intervals are interpolated, not the steps that they are made of. In 0.16 s at 8 mm/s the oil
     column changes by 0.6 %; what is left out is of second order, (0.6 %)^2 / 8 = 5e-6."""

@@ -3,6 +3,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from test_lines import campaign
 
 from rigid.inference.newton import is_noise
@@ -10,6 +11,7 @@ from rigid.inference.tangents import WIDE, tangents
 from rigid.likelihood.groups import predictions
 
 
+@pytest.mark.slow
 def test_numbers_of_two_records_share_a_direction_and_no_slope_is_mixed():
     problem = campaign(1, 0.0)  # two free runs in one group, each with its own flow fraction
     free = np.flatnonzero(~is_noise(problem))

@@ -89,6 +89,7 @@ def test_no_wave_is_found_where_there_is_none():
     assert explained.p_value > 0.01
 
 
+@pytest.mark.slow
 def test_a_wave_is_counted_for_the_share_of_lengths_that_it_stands_for():
     """Where nothing is, a Bayes factor is 1 in the mean; that of the best, so weighed, is less."""
     local, _ = fitted(campaign(3, 0.0))

@@ -14,6 +14,7 @@ def specs(tmp_path_factory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_a_comparison_that_is_killed_ends_as_if_it_had_not_been(specs, tmp_path):
     """One kill in the middle of the work, and one disk that is full."""
     whole = kills.Whole.of("laws", specs, tmp_path / "laws")
