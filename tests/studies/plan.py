@@ -25,10 +25,11 @@ NEXT = "next"
 
 
 class Case(NamedTuple):
-    """One campaign."""
+    """One campaign; `alone`: without the record that is drawn by chance."""
 
     number: int
     seed: int
+    alone: bool = False
 
 
 def one_campaign(case: Case) -> dict:
@@ -55,7 +56,8 @@ def one_campaign(case: Case) -> dict:
     before = _known(found, asked)
     row: dict[str, Any] = {"case": case._asdict(), "before": before._asdict(), "taken": {}}
     by_chance = int(rng.integers(1, len(ranking.possible)))
-    for name, one in (("first", ranking.possible[0]), ("by chance", ranking.possible[by_chance])):
+    listed = {"first": ranking.possible[0], "by chance": ranking.possible[by_chance]}
+    for name, one in list(listed.items())[: 1 if case.alone else 2]:
         try:
             after = _known(_taken(spec, made, one.change, case.seed, rng), asked)
         except InputError as refusal:  # a sensor at the end of its range at this truth, mostly
@@ -140,7 +142,9 @@ def page(rows: list[dict]) -> str:
     ]
     for name in ("first", "by chance"):
         for q, quantity in enumerate(QUANTITIES):
-            told = [r["taken"][name] for r in rows if "found" in r["taken"][name]]
+            told = [r["taken"][name] for r in rows if "found" in r["taken"].get(name, {})]
+            if not told:
+                continue
             expected = np.array([one["expected"][q] for one in told])
             found = np.array([one["found"][q] for one in told])
             moved = np.array([one["moved"][q] for one in told])
@@ -152,10 +156,12 @@ def page(rows: list[dict]) -> str:
                 f"| {_off(np.log(found / expected))} | {_off(np.log(found / moved / expected))} "
                 f"| {100 * inside:.0f} % |"
             )
-    both = [r["taken"] for r in rows if all("found" in one for one in r["taken"].values())]
+    both = [r["taken"] for r in rows if "by chance" in r["taken"]]
+    both = [taken for taken in both if all("found" in one for one in taken.values())]
     better = sum(one["first"]["found"][0] < one["by chance"]["found"][0] for one in both)
     refused = {
-        name: sum("refused" in r["taken"][name] for r in rows) for name in ("first", "by chance")
+        name: sum("refused" in r["taken"].get(name, {}) for r in rows)
+        for name in ("first", "by chance")
     }
     out += ["", f"The first told more of {QUANTITIES[0].replace('abs_mu', 'abs mu')} than the one "
             f"by chance in {better} of {len(both)} campaigns. The readers refused the first in "
@@ -174,6 +180,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--campaigns", type=int, default=50)
     parser.add_argument("--seed", type=int, default=20913)
+    parser.add_argument("--alone", action="store_true", help="take the first record alone")
     parser.add_argument("--part", default="0/1", help="K/N: every N-th campaign from the K-th on")
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "studies" / "plan")
     args = parser.parse_args()
@@ -182,7 +189,7 @@ def main() -> int:
     prepare()
     part, parts = map(int, args.part.split("/"))
     path = args.out.with_suffix(f".{part}.jsonl")
-    cases = [Case(n, args.seed) for n in range(args.campaigns) if n % parts == part]
+    cases = [Case(n, args.seed, args.alone) for n in range(args.campaigns) if n % parts == part]
     carry_out(path, cases, one_campaign, lambda row: row["taken"])
     rows = lines_of(sorted(args.out.parent.glob(f"{args.out.name}.*.jsonl")))
     code = ", ".join(sorted({row["commit"] for row in rows}))

@@ -49,8 +49,7 @@ CASES = (
     Case(3, "slopes", "whole", 2, 60),
     Case(4, "fits", "few", 2, 6),
     Case(5, "fits", "whole", 2, 8),
-    Case(6, "fits", "twice", 2, 6),
-    Case(7, "fits", "whole", 1, 5),
+    Case(6, "fits", "twice", 2, 4),
 )
 
 
