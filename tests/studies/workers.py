@@ -147,7 +147,8 @@ def page(rows: dict[int, dict]) -> str:
         out.append(
             f"| {case['sort']} | {case['size']} | {case['workers']} | {row['ends_s'][0]:.0f} "
             f"| {statistics.median(later):.1f} ({min(later):.1f} to {max(later):.1f}) "
-            f"| {', '.join(f'{one:.0f}' for one in first)} | {rate(row):.0f} |"
+            f"| {', '.join(f'{one:.0f}' for one in first)} "
+            f"| {f'{rate(row):.0f}' if case['sort'] == 'slopes' else '-'} |"
         )
     return "\n".join([*out, "", *_client(rows), *_projection(rows)])
 
