@@ -26,7 +26,8 @@ NOTES = (
     "are new and have their priors. The factor is that of the standard deviation: its median over "
     "the points, and in brackets 5 to 95 % of them.",
     "A spec names other records, their costs, and limits under [plan]; records are ranked by the "
-    "logarithm of the factor over the cost.",
+    "logarithm of the factor over the cost. The first three were weighed anew at other points, so "
+    "that the first does not promise what chance gave it.",
 )
 """How to read the tables."""
 
