@@ -8,7 +8,8 @@ import pytest
 from rigs import release_problem
 from test_assemble import EXAMPLE, RECORDS, effects
 
-from rigid.inference.search import AGREE, prior_draws, search_from
+from rigid.inference.descents import AGREE
+from rigid.inference.search import prior_draws, search_from
 from rigid.inference.steady_first import beginnings, steady_part
 from rigid.likelihood.assemble import assemble
 from rigid.records.read import read_records

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from rigid.inference.derived import LEVELS, frictions, values_of
+from rigid.inference.few_starts import best_of_few
 from rigid.inference.friction_curve import FREQUENCIES
-from rigid.inference.search import best_of_few, search_from
+from rigid.inference.search import search_from
 from rigid.likelihood.assemble import assemble
 from rigid.records.read import read_records
 from rigid.report.calibration.shown import PRIOR_DRAWS, heard

@@ -9,7 +9,7 @@ from rigid.discovery.fitted import Fitted
 from rigid.discovery.unmodelled.base import none
 from rigid.discovery.unmodelled.inputs import Input
 from rigid.discovery.unmodelled.joints import paths_at_joints
-from rigid.inference.search import best_of_few
+from rigid.inference.few_starts import best_of_few
 from rigid.localfit.expansion import Point, expanded
 from rigid.localfit.families import families
 from rigid.localfit.hidden_inputs import (

@@ -5,10 +5,13 @@ import numpy as np
 import pytest
 from rigs import frame_problem, release_problem
 
+from rigid.inference import descents
+from rigid.inference.descents import AGREE
+from rigid.inference.few_starts import best_of_few
 from rigid.inference.newton import descend, is_noise, joined, local, split
 from rigid.inference.proposal import MixtureProposal, Mode, ModeWeights
 from rigid.inference.ridge import ridge_of
-from rigid.inference.search import AGREE, best_of_few, search
+from rigid.inference.search import prior_draws, search, search_from
 from rigid.inference.search_cache import Searched, once
 from rigid.io.cache import Shelf
 
@@ -108,6 +111,37 @@ def test_search_finds_the_right_optimum(release):
     assert levels[-1] - levels[0] > 1e3
     for optimum in found.optima:
         assert np.linalg.eigvalsh(optimum.covariance).min() > 0
+
+
+def test_what_two_starts_agree_on_is_told_before_the_others_go(release, monkeypatch):
+    begun, told = [], []
+
+    def counted(problem, w, z_noise):
+        begun.append((id(problem), w.tobytes()))
+        return descend(problem, w, z_noise)
+
+    monkeypatch.setattr(descents, "descend", counted)
+    first = prior_draws(release, 12, 5)
+    near = np.concatenate([search(release, 12, 5).optima[0].z[None], first])
+    near[1] = near[0] + 0.01  # two that end in the best optimum
+    begun.clear()
+
+    def answered(found):
+        told.append((found, len(begun)))
+
+    found = search_from(release, near, answered=answered)
+    assert len(begun) == len(set(begun))  # no descent went twice
+    [(early, descended)] = told
+    assert descended < len(begun) / 2
+    sds = np.sqrt(np.diag(found.optima[0].covariance))
+    assert np.all(np.abs(early.optima[0].z - found.optima[0].z) < 0.1 * sds)
+    told.clear()
+    apart = near[[0, 5, 6, 7]]
+    levels = [float(search_from(release, one[None]).levels[0]) for one in first[:6]]
+    apart[1] = first[np.argmax(levels)]
+    assert max(levels) > found.levels.min() + AGREE  # it ends in a lesser optimum
+    search_from(release, apart, answered=answered)
+    assert not told
 
 
 def test_a_search_for_the_best_alone_ends_where_two_starts_agree(release):

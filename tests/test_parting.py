@@ -9,7 +9,7 @@ from cart import write_cart
 from test_plan import SECOND
 
 from rigid import load, plan
-from rigid.inference.search import best_of_few
+from rigid.inference.few_starts import best_of_few
 from rigid.io.errors import InputError
 from rigid.localfit.candidates import candidates
 from rigid.localfit.expansion import Point, Program, expand

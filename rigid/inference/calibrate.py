@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -132,13 +133,24 @@ class Calibrated:
         return self.draws.z.shape[0]
 
 
+class Listener(NamedTuple):
+    """Who is told what a search has found before the chain runs.
+
+    - `first`: the optimum that two starts agree on, while the others are under way. - `searched`:
+      all, and what `first` was told; None: nothing.
+    """
+
+    first: Callable[[Found], None]
+    searched: Callable[[Found, Found | None], None]
+
+
 def calibrate(
-    asked: Asked, options: Options, folder: Path, searched: Callable[[Found], None] = lambda _: None
+    asked: Asked, options: Options, folder: Path, listener: Listener | None = None
 ) -> Calibrated:
     """Fit a spec to its records.
 
     - `folder`: where the chain is kept; the caller holds it locked.
-    - `searched`: is told what the search found, before the chain runs.
+    - `listener`: is told what the search found, before the chain runs.
     """
     spec, records = asked.spec, asked.records
     seed = spec.sampler.seed if options.seed is None else options.seed
@@ -147,7 +159,7 @@ def calibrate(
         compile_programs(asked.problem)
         shown.reach(0, f"{asked.problem.parameters.size} parameters")
     compile_s = time.monotonic() - began
-    known = search_once(asked, options, folder, searched)
+    known = search_once(asked, options, folder, listener)
     mark = _mark(asked, seed) | {"coordinates": known.chart.mark}
     rule = {"rule": f"R-hat {spec.sampler.r_hat:g}, ESS {spec.sampler.ess:g}"}
     kept = Kept(
@@ -159,7 +171,7 @@ def calibrate(
 
 
 def search_once(
-    asked: Asked, options: Options, folder: Path, searched: Callable[[Found], None] = lambda _: None
+    asked: Asked, options: Options, folder: Path, listener: Listener | None = None
 ) -> Searched:
     """Search and fit a law to the posterior around the modes, or take what a folder keeps of it."""
     spec, problem = asked.spec, asked.problem
@@ -173,9 +185,18 @@ def search_once(
             starts = with_ease(spec.sampler.starts)
             with stage(options.quiet, "search the steady rig", starts, "starts") as shown:
                 first = begin(shown.reach)
+        told: list[Found] = []
+
+        def answered(found: Found) -> None:
+            told.append(found)
+            if listener is not None:
+                listener.first(found)
+
+        early = None if listener is None else answered
         with stage(options.quiet, "search", int(first.counts.sum()), "starts") as shown:
-            found = search_from(problem, first.z, shown.reach, first.counts)
-        searched(found)
+            found = search_from(problem, first.z, shown.reach, first.counts, early)
+        if listener is not None:
+            listener.searched(found, told[0] if told else None)
         with stage(options.quiet, "approximate the posterior"):
             return trusted(found, seed, lambda: say(options.quiet, REMADE))
 

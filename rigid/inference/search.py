@@ -10,14 +10,15 @@ other optima, these are taken in (`profiles`). Then noise levels and correlation
 up to date and the best optima refined.
 """
 
+import contextlib
 import dataclasses
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import NamedTuple
 
 import numpy as np
 
+from rigid.inference.descents import AGREE, Descents, End, Led, agree, distance, through
 from rigid.inference.newton import Expansion, descend, is_noise, joined, split
 from rigid.inference.noise_levels import fit_noise, noise_curvature, noise_gain
 from rigid.inference.profiles import other_optima
@@ -29,15 +30,12 @@ from rigid.likelihood.correlation import Autoregression
 from rigid.likelihood.problem import Problem, log_density
 from rigid.likelihood.set_aside import readings_of, set_aside, without
 
-ONE_POINT = 0.1
-"""Ends of a coarse descent closer than this, in sds there (root of mean square), are one point: a
-descent is left when it promises some 1e-4 nats, which is 0.014 sds in all."""
 KEEP_WITHIN = 40.0
 """Optima that lie further below the best in log-posterior have a weight below 1e-17."""
+FIRST = 2
+"""Points whose optimum is told before the others go, where two starts agree on it."""
 SAME_WITHIN = 3.0
 """Optima closer than this many standard deviations (root of mean square) are one."""
-AGREE = 1.0
-"""Two starts that end within this of each other in log-posterior have found the same optimum."""
 REFINEMENTS, MOST_REFINEMENTS = 2, 12
 """Rounds of noise levels, correlation and optimum in turn, until the optimum stands: least, most.
 With a right model that is two; where a model misses much, each of the three moves the others."""
@@ -95,60 +93,13 @@ class Found:
 
 def compile_programs(problem: Problem) -> None:
     """Have the two large programs of a fit compiled side by side; neither fills the cores alone."""
-    z_noise, zero = _centre(problem)
+    z_noise, zero = centre(problem)
     z = np.zeros(problem.parameters.size)
     nowhere = np.full_like(joined(problem, z, zero), np.nan)  # the solver ends there at once
     with ThreadPoolExecutor() as pool:
         density = pool.submit(log_density, problem, z[None])
         descend(problem, nowhere, z_noise)
         density.result()
-
-
-class Best(NamedTuple):
-    """The best optimum alone.
-
-    - `z` (size,): noise levels at the centre of their priors. - `standard` (sensors, 2): gains and
-      zeros on their standard scale. - `starts`: how many there were. - `agree`: whether two of them
-      ended there.
-    """
-
-    z: np.ndarray
-    standard: np.ndarray
-    starts: int
-    agree: bool
-
-
-def best_of_few(
-    problem: Problem, starts: int, seed: int, report: Callable[[int], None] = lambda _: None
-) -> Best:
-    """Find the best optimum alone, from as few starts as settle it: until two of them agree.
-
-    - `starts`: at most; `report(done)` after each.
-
-    Raises InputError where no start leads anywhere.
-    """
-    first, (z_noise, zero) = prior_draws(problem, starts, seed), _centre(problem)
-    ends: list[tuple[float, np.ndarray]] = []
-    done, agree = 0, False
-    stages = eased(problem)
-    for done, z in enumerate(first, start=1):
-        end = joined(problem, z, zero)
-        for one in stages:
-            end, there = descend(one, end, z_noise)
-        report(done)
-        if not np.isfinite(float(there.value)):
-            continue
-        ends.append((float(there.value), end))
-        ends.sort(key=lambda one: one[0])
-        agree = len(ends) > 1 and ends[1][0] < ends[0][0] + AGREE
-        if agree:
-            break
-    if not ends:
-        raise InputError(
-            "no start of the search led to a finite likelihood; look at units and valve programmes"
-        )
-    z, standard = split(problem, ends[0][1], z_noise)
-    return Best(np.asarray(z), np.asarray(standard), done, agree)
 
 
 def prior_draws(problem: Problem, count: int, seed: int) -> np.ndarray:
@@ -158,7 +109,7 @@ def prior_draws(problem: Problem, count: int, seed: int) -> np.ndarray:
     return drawn
 
 
-def _centre(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
+def centre(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
     """Noise levels, and gains and zeros (sensors, 2), at the centre of their priors."""
     return np.zeros(int(is_noise(problem).sum())), np.zeros((len(problem.sensors), 2))
 
@@ -178,74 +129,39 @@ def search_from(
     first: np.ndarray,
     report: Callable[[int], None] = lambda _: None,
     counts: np.ndarray | None = None,
+    answered: Callable[[Found], None] | None = None,
 ) -> Found:
     """Find the modes of the posterior that points z (points, size) lead to.
 
-    - `counts` (points,): how many starts had led to each, one where left out.
+    - `counts` (points,): how many starts had led to each, one where left out. - `answered`: is told
+      the optimum of the first FIRST points as soon as two starts agree on it, before the others go.
     """
-    z_noise, zero = _centre(problem)
+    z_noise, zero = centre(problem)
     counts = np.ones(len(first), dtype=int) if counts is None else counts
     ends = [End(joined(problem, z, zero), n) for z, n in zip(first, counts.tolist(), strict=True)]
-    stages = eased(problem)
-    for number, stage in enumerate(stages):
-        before = int(counts.sum()) * number
+    stages = tuple(Descents(one, z_noise) for one in eased(problem))
+    if answered is not None and len(ends) > FIRST:
+        led = through(stages, ends[:FIRST])
+        if agree(led):
+            with contextlib.suppress(InputError):  # an end that others may lead away from
+                answered(_refined(problem, _by_value(led), _levels(led), z_noise))
+    led = through(stages, ends, report)
+    return _refined(problem, _with_others(problem, led, z_noise), _levels(led), z_noise)
 
-        def passed(done: int, before: int = before) -> None:
-            report((before + done) // len(stages))
 
-        led = _led(stage, ends, z_noise, passed)
-        if stage is not problem:
-            ends = _merged(led)
+def _levels(led: Led) -> np.ndarray:
+    """What each start has reached, as minus the log-posterior; inf where that is no number."""
     levels = np.array([at.value if np.isfinite(at.value) else np.inf for _, at in led])
-    every = np.repeat(levels, [end.starts for end, _ in led])
-    return _refined(problem, _with_others(problem, led, z_noise), every, z_noise)
+    return np.repeat(levels, [end.starts for end, _ in led])
 
 
-class End(NamedTuple):
-    """Where a descent ended, and how many starts had led to its beginning."""
-
-    w: np.ndarray
-    starts: int
-
-
-def _led(
-    problem: Problem, ends: list[End], z_noise: np.ndarray, report: Callable[[int], None]
-) -> list[tuple[End, Expansion]]:
-    """Lead points to optima; the first by itself, so that programs are compiled once."""
-    led: list[tuple[End, Expansion]] = []
-
-    def run(end: End) -> tuple[End, Expansion]:
-        w, there = descend(problem, end.w, z_noise)
-        return End(w, end.starts), there
-
-    def add(one: tuple[End, Expansion]) -> None:
-        led.append(one)
-        report(sum(end.starts for end, _ in led))
-
-    add(run(ends[0]))
-    with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
-        for one in pool.map(run, ends[1:]):
-            add(one)
-    return led
+def _by_value(led: Led) -> list[End]:
+    """Ends with a value, the best first."""
+    some = [(end, there) for end, there in led if np.isfinite(there.value)]
+    return [end for end, _ in sorted(some, key=lambda one: one[1].value)]
 
 
-def _merged(led: list[tuple[End, Expansion]]) -> list[End]:
-    """Return the ends with those that are at one point as one."""
-    kept: list[tuple[End, Expansion]] = []
-    for end, there in led:
-        places = (_distance(one.w, end.w, np.asarray(at.information)) for one, at in kept)
-        i = next((i for i, far in enumerate(places) if far < ONE_POINT), None)
-        if i is None:
-            kept.append((end, there))
-        else:
-            one, first = kept[i]
-            kept[i] = End(one.w, one.starts + end.starts), first
-    return [end for end, _ in kept]
-
-
-def _with_others(
-    problem: Problem, led: list[tuple[End, Expansion]], z_noise: np.ndarray
-) -> list[End]:
+def _with_others(problem: Problem, led: Led, z_noise: np.ndarray) -> list[End]:
     """Return the ends of a search, the best first, and the optima along the profiles of that.
 
     Those have the starts of the end that led there. Where one is better, its profiles are followed.
@@ -257,7 +173,7 @@ def _with_others(
         end, there = ends[0]
         for w, at in other_optima(problem, end.w, there, z_noise):
             known = np.asarray(at.information)
-            if all(_distance(one.w, w, known) > SAME_WITHIN for one, _ in ends):
+            if all(distance(one.w, w, known) > SAME_WITHIN for one, _ in ends):
                 ends.append((End(w, end.starts), at))
         ends.sort(key=lambda one: one[1].value)
         if ends[0][1].value > there.value - AGREE:
@@ -343,12 +259,7 @@ def _distinct(problem: Problem, ends: list[End], z_noise: np.ndarray) -> list[li
 
 def _copy_of(found: list[list], w: np.ndarray) -> list | None:
     """Return the end that w is a copy of."""
-    return next((f for f in found if _distance(f[0], w, f[2].information) < SAME_WITHIN), None)
-
-
-def _distance(a: np.ndarray, b: np.ndarray, known: np.ndarray) -> float:
-    """Root mean square over the parameters of b - a in standard deviations at a."""
-    return float(np.sqrt((b - a) @ known @ (b - a) / len(a)))
+    return next((f for f in found if distance(f[0], w, f[2].information) < SAME_WITHIN), None)
 
 
 def _optimum(

@@ -14,8 +14,8 @@ from rigid.discovery.workflow import Outcome, Running
 from rigid.discovery.workflow import discover as work
 from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.inference.calibrate import fingerprint
+from rigid.inference.few_starts import Best, best_of_few
 from rigid.inference.reference_check import SolverCheck
-from rigid.inference.search import Best, best_of_few
 from rigid.io.cache import Shelf
 from rigid.io.cli import Options
 from rigid.io.files import write_text

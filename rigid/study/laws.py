@@ -10,8 +10,8 @@ from rigid.friction.comparison import Comparison, compare
 from rigid.friction.fits import Asked, fit_laws
 from rigid.friction.models import FrictionModel, Place, models, with_friction, without_friction
 from rigid.inference.calibrate import fingerprint
+from rigid.inference.few_starts import best_of_few
 from rigid.inference.reference_check import SolverCheck
-from rigid.inference.search import best_of_few
 from rigid.io.cache import Shelf
 from rigid.io.cli import Options
 from rigid.io.files import write_text

@@ -15,7 +15,7 @@ from jax import Array
 from jax.typing import ArrayLike
 
 from rigid.friction.models import place_of, without_friction
-from rigid.inference.calibrate import Asked, calibrate
+from rigid.inference.calibrate import Asked, Listener, calibrate
 from rigid.inference.demand import demand
 from rigid.inference.search import Found
 from rigid.inference.solver_choice import left_open, with_solver
@@ -347,19 +347,23 @@ class Study:
     def _seed(self, given: int | None) -> int:
         return self.spec.sampler.seed if given is None else given
 
-    def _first(self, options: Options, began: float) -> Callable[[Found], None]:
-        """What is done with what the search of a fit found: the first answer."""
+    def _first(self, options: Options, began: float) -> Listener:
+        """What is done with what the search of a fit finds: the first answer."""
+        seed = self._seed(options.seed)
 
-        def searched(found: Found) -> None:
-            first = preliminary.preliminary(self.spec, found, self._seed(options.seed), began)
-            say(options.quiet, preliminary.table(first))
+        def first(found: Found) -> None:
+            answer = preliminary.preliminary(self.spec, found, seed, began)
+            say(options.quiet, preliminary.table(answer))
             if options.out is not None:
-                write_result_json(options.out / "result.json", first)
-            doubt = preliminary.doubt(self.spec, found, self._seed(options.seed))
-            if doubt is not None:
+                write_result_json(options.out / "result.json", answer)
+
+        def searched(found: Found, told: Found | None) -> None:
+            if told is None or not preliminary.stands(told, found):
+                first(found)
+            if (doubt := preliminary.doubt(self.spec, found, seed)) is not None:
                 say(options.quiet, doubt)
 
-        return searched
+        return Listener(first, searched)
 
     def _options(
         self, out: Path | str | None, seed: int | None, resume: bool, quiet: bool

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 from scipy.stats import binomtest
 
+from rigid.inference.descents import AGREE
 from rigid.inference.newton import descend, expanded, is_noise, joined
-from rigid.inference.search import AGREE, Found
+from rigid.inference.search import Found
 from rigid.inference.summary import Check
 from rigid.validation.tested import ALPHA
 

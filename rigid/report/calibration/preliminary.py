@@ -17,6 +17,9 @@ DRAWS = 2000
 
 SAYS = "preliminary: a Gaussian around the best fit; nothing is drawn yet"
 
+MOVED = 0.1
+"""Posterior sds by which no number may have moved for an answer to stand."""
+
 LOCAL = ("noise", "preload", "release_time")
 """What nobody waits for."""
 
@@ -38,6 +41,13 @@ def preliminary(spec: Spec, found: Found, seed: int, began: float) -> Result:
         versions=versions(),
         preliminary=True,
     )
+
+
+def stands(told: Found, found: Found) -> bool:
+    """Whether the first answer is still that of the whole search."""
+    was, now = told.optima[0], found.optima[0]
+    sds = np.sqrt(np.diag(now.covariance))
+    return len(found.optima) == 1 and bool(np.all(np.abs(now.z - was.z) < MOVED * sds))
 
 
 def doubt(spec: Spec, found: Found, seed: int) -> str | None:
