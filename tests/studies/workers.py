@@ -135,19 +135,19 @@ def each(row: dict) -> float:
 def page(rows: dict[int, dict]) -> str:
     """Throughput, cost, and the projection."""
     out = [
-        "| jobs | campaign | workers | first end [s] | core-s of a job with programs made, median "
-        "(least to most) | core-s of a worker's first | jobs an hour |",
+        "| jobs | campaign | workers | first end [s] | core-s of a job, median (least to most) "
+        "| core-s of the first to end, which compiled | jobs an hour |",
         "|---|---|---|---|---|---|---|",
     ]
     for row in rows.values():
         case = row["case"]
         if case["sort"] not in ("fits", "slopes"):
             continue
-        first, later = row["cpu_s"][: case["workers"]], row["cpu_s"][case["workers"] :]
+        first, *later = row["cpu_s"]
         out.append(
             f"| {case['sort']} | {case['size']} | {case['workers']} | {row['ends_s'][0]:.0f} "
             f"| {statistics.median(later):.1f} ({min(later):.1f} to {max(later):.1f}) "
-            f"| {', '.join(f'{one:.0f}' for one in first)} "
+            f"| {first:.0f} "
             f"| {f'{rate(row):.0f}' if case['sort'] == 'slopes' else '-'} |"
         )
     return "\n".join([*out, "", *_client(rows), *_projection(rows)])
@@ -173,16 +173,15 @@ def _projection(rows: dict[int, dict]) -> list[str]:
     if not {0, 1, 5} <= rows.keys():
         return []
     whole, workers = rows[5], NODES * CORES
-    count = whole["case"]["workers"]
-    mean = statistics.fmean(whole["cpu_s"][count:])
-    first = statistics.fmean(whole["cpu_s"][:count])
-    worked = (FITS * mean / workers + first - mean) / 60.0
-    longest = (max(whole["cpu_s"]) + first - mean) / 60.0
+    first, *later = whole["cpu_s"]
+    mean, compiling = statistics.fmean(later), first - statistics.median(later)
+    worked = (FITS * mean / workers + compiling) / 60.0
+    longest = (max(later) + compiling) / 60.0
     client, line = FITS * each(rows[0]) / 60.0, FITS * REPORT / LINE / 60.0
     return [
         f"**On paper: {FITS:,} fits on {NODES} machines of {CORES} cores**, one worker a core. The "
         f"work, {FITS * mean / 3600.0:.0f} core-h at {mean:.0f} core-s, takes {worked:.0f} min "
-        f"with the {first - mean:.0f} core-s that a worker compiles for once; not less than the "
+        f"with the {compiling:.0f} core-s that a worker compiles for once; not less than the "
         f"longest fit, {longest:.0f} min. The client hands out and takes in all in {client:.1f} "
         f"min; reports of {REPORT / 2**20:.0f} MiB each take {line:.0f} min of a line of 1 Gbit/s, "
         f"or {FITS * each(rows[1]) / 60.0:.0f} min at the rate of this machine. "
