@@ -71,6 +71,8 @@ class Ranked:
 class Ranking:
     """All candidates, the worthiest for the first quantity first; those beyond a limit last.
 
+    The first LEADING were weighed anew: they are in order among themselves, and stay in front.
+
     - `quantities`: their names; `units`. - `median`, `sd` (quantities,): at the points, SI; `sd`
       is that of the records there are, by the local approximation.
     """
@@ -122,7 +124,8 @@ def rank(
             if one.beyond is None:
                 ranked[place] = closer.ranked(one.change)
             report(len(changes) + place + 1)
-    ranked.sort(key=_order)
+    # In front stay those that were weighed anew: behind them chance has not been taken out.
+    ranked[:LEADING] = sorted(ranked[:LEADING], key=_order)
     median = np.array([np.median(quantity.values(closer.points)) for quantity in asked.values()])
     units = tuple(quantity.unit for quantity in asked.values())
     sds = np.median(closer.before, axis=1)
