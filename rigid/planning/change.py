@@ -26,6 +26,8 @@ FLOW, TANK = "kappa", "kappa_tank"
 """Names of flow fractions: of an open valve, and of one that is open to the tank."""
 STARTS = (X_START, V_START, P_START)
 """Names of where a run begins that is in motion."""
+SET_UP_ANEW = ("preload", "release_time")
+"""Names of what a further record has anew: its preload, and when between two samples it begins."""
 DRIVES = ("force", "command")
 """Channels that say what was done in a run."""
 SETTINGS = (0.5, 1.0, 2.0)
@@ -271,3 +273,12 @@ def moved(
 def own(problem: Problem, change: Change) -> list[Parameter]:
     """Uncertain numbers that are the candidate's own: another record of its kind has others."""
     return [one for one in problem.parameters.sampled if one.record == change.like]
+
+
+def anew(
+    problem: Problem, change: Change, z: Float[np.ndarray, " size"], rng: np.random.Generator
+) -> Float[np.ndarray, " size"]:
+    """Draw what the candidate has anew from its prior."""
+    listed = problem.parameters.sampled
+    new = [one.record == change.like and one.base in SET_UP_ANEW for one in listed]
+    return np.where(new, rng.standard_normal(len(z)), z)

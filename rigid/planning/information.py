@@ -66,12 +66,13 @@ def information(problem: Problem, at: Point) -> Float[np.ndarray, "own own"]:
     return np.asarray(expanded(problem, w, at.z[is_noise(problem)]).information)
 
 
-def simulated(problem: Problem, at: Point, seed: int) -> tuple[Problem, dict[str, float]]:
+def simulated(
+    problem: Problem, at: Point, rng: np.random.Generator
+) -> tuple[Problem, dict[str, float]]:
     """Return the problem with readings simulated at a point.
 
     And the greatest magnitude that each quantity reads in the pieces that count.
     """
-    rng = np.random.default_rng(seed)
     [(read, _)] = in_batches(predict, problem, at.z[None])
     values = problem.parameters.values(jnp.asarray(at.z[None]))
     pieces, most = [], {}
@@ -113,3 +114,21 @@ def added(
 def sd(precision: Float[np.ndarray, "size size"], slope: Float[np.ndarray, " size"]) -> float:
     """Standard deviation of a quantity with a slope, under a Gaussian law of a precision."""
     return float(np.sqrt(slope @ cho_solve(cho_factor(precision), slope)))
+
+
+def shift(
+    known: Float[np.ndarray, "size size"],
+    adds: Float[np.ndarray, "size size"],
+    off: Float[np.ndarray, " size"],
+    rng: np.random.Generator,
+) -> Float[np.ndarray, " size"]:
+    """Draw how far the best fit moves when a record is added, (J + S)^-1 (S t + s).
+
+    s are the slopes of the new readings at the truth, of covariance S. Over truths of the
+    posterior the shift has the covariance J^-1 - (J + S)^-1.
+
+    - `known`: J. - `adds`: S. - `off`: the truth t, from the best fit.
+    """
+    values, vectors = np.linalg.eigh(adds)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))  # positive, but for rounding
+    return np.linalg.solve(known + adds, adds @ off + root @ rng.standard_normal(len(off)))

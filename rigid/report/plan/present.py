@@ -27,7 +27,8 @@ NOTES = (
     "the points, and in brackets 5 to 95 % of them.",
     "A spec names other records, their costs, and limits under [plan]; records are ranked by the "
     "logarithm of the factor over the cost. The first three were weighed anew at other points, so "
-    "that the first does not promise what chance gave it.",
+    "that the first does not promise what chance gave it, and each where a fit with it may come to "
+    "lie: the brackets of these three hold what would be found in nine cases of ten.",
 )
 """How to read the tables."""
 
