@@ -47,6 +47,7 @@ def test_alarms_are_counted_with_the_exact_band_of_their_rate():
     assert not alarms([]).check.ok
 
 
+@pytest.mark.slow
 def test_alarms_stand_beside_the_ranks_and_a_study_goes_on(study, tmp_path):
     study.validate(Replicates(1, discover=1), tmp_path, seed=SEED, quiet=True)
     rows = tmp_path / "validation" / "discover.jsonl"
@@ -66,6 +67,7 @@ def test_alarms_stand_beside_the_ranks_and_a_study_goes_on(study, tmp_path):
     assert heard.says in found.table()
 
 
+@pytest.mark.slow
 def test_what_is_missing_from_a_campaign_is_an_alarm(study, monkeypatch, tmp_path):
     """The same job on a campaign with a force that the model has not: discovery is what runs."""
     plain = asked.draw

@@ -165,6 +165,7 @@ print("ran")
 """
 
 
+@pytest.mark.slow
 def test_code_of_a_specs_own_is_told_first_and_can_be_refused(tmp_path):
     (tmp_path / "mine.py").write_text(OWN, encoding="utf-8")
     spec = tmp_path / "mine.toml"

@@ -341,6 +341,7 @@ def bands_by_hand(name):
 ZEROS = np.zeros(300)
 
 
+@pytest.mark.slow
 def test_a_test_is_written_and_let_go_before_the_next(tmp_path, monkeypatch):
     """Of three tests, none of the bands made before is alive as the next are made."""
     names = ("press", "second", "third")
@@ -476,6 +477,7 @@ def test_draws_go_on_where_they_were_stopped_to_the_bit(tmp_path, monkeypatch):
 # The smoother's steps against diffrax
 
 
+@pytest.mark.slow
 def test_the_steps_are_held_against_diffrax_and_another_load_is_seen(tmp_path):
     """A simulated test with a drop, the load allowed to move as it likes; 1 % more load is seen."""
     write_drop(tmp_path)

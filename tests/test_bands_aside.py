@@ -68,6 +68,7 @@ def off_truth(found, load: np.ndarray) -> float:
     return float(off[~beside].max())
 
 
+@pytest.mark.slow
 def test_spikes_of_every_sensor_are_set_aside_and_the_load_is_what_it_was(pressed, monkeypatch):
     field, load = pressed
     rig = draws(rig_with(), field)

@@ -29,6 +29,7 @@ from rigid.spec import load_spec
 # The rig as a machine
 
 
+@pytest.mark.slow
 def test_the_rig_as_a_machine_takes_the_rigs_own_steps():
     """Two bodies, one joint with oil, a load between plunger and ground: eqs. (19)-(22)."""
     joint, ice = (

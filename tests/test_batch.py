@@ -119,6 +119,7 @@ def test_a_fit_that_found_the_disk_full_shows_in_the_status(failed: list[int], s
     assert done.usable == (status == 0)
 
 
+@pytest.mark.slow
 def test_what_is_no_folder_of_specs_is_the_inputs_fault(tmp_path: Path):
     for name, says in (("none", "there is no such folder"), ("", "holds no spec")):
         run = batch(str(tmp_path / name), cwd=tmp_path)

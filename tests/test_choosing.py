@@ -269,6 +269,7 @@ def held_at(family: Family, made: Problem, value: float, at: LocalFit) -> LocalF
     return led(Program(family), expand(Program(family), [point]))[0]
 
 
+@pytest.mark.slow
 def test_no_branch_at_all_fits_as_well_as_constant_friction_and_none_better_than_the_fit(plain):
     """The larger law's top against fits with its branch held, on both sides of it and far below.
 
@@ -303,6 +304,7 @@ def test_no_branch_at_all_fits_as_well_as_constant_friction_and_none_better_than
     assert "mu_branch[1]" not in constant.hypothesis.labels
 
 
+@pytest.mark.slow
 def test_a_valley_that_is_bent_in_logarithms_is_walked_in_a_few_turns(plain, monkeypatch):
     """Of mu and its branch the records know the sum to a thousandth.
 
@@ -354,6 +356,7 @@ def test_a_step_is_found_where_rounding_leaves_nothing_of_the_prior():
         cho_factor(matrix)
 
 
+@pytest.mark.slow
 def test_left_out_records_are_predicted_as_a_fit_without_them_says(plain):
     """The parabola against fits made again without each record: within 0.1 of the log density."""
     family, found = plain
@@ -369,6 +372,7 @@ def test_left_out_records_are_predicted_as_a_fit_without_them_says(plain):
         assert density == pytest.approx(evidence(local, {}) - evidence(again, {}), abs=0.1)
 
 
+@pytest.mark.slow
 def test_left_out_records_fitted_again_say_what_the_parabola_says(plain, monkeypatch):
     """All laws and records side by side; of these records the parabola is right within 0.1."""
     family, found = plain
@@ -384,6 +388,7 @@ def test_left_out_records_fitted_again_say_what_the_parabola_says(plain, monkeyp
         np.testing.assert_allclose(one.density, quick[name].density, atol=0.1)
 
 
+@pytest.mark.slow
 def test_slopes_of_the_model_without_an_effect_serve_where_it_is_absent(plain):
     """All slopes by one program against those by two, at an amplitude of nothing.
 
@@ -435,6 +440,7 @@ def rounded(local: LocalFit, rng: np.random.Generator) -> np.ndarray:
     return terms(layout, residual, sigma).score
 
 
+@pytest.mark.slow
 def test_what_the_parabola_says_of_a_campaign_is_what_refits_say(plain):
     """Campaign by campaign: the judge of one campaign's fits, fed with the scores of another.
 
@@ -455,6 +461,7 @@ def test_what_the_parabola_says_of_a_campaign_is_what_refits_say(plain):
         assert float(said[0]) == pytest.approx(logs[WITH_MEMORY] - logs[VISCOUS], abs=0.3)
 
 
+@pytest.mark.slow
 def test_errors_are_what_differences_scatter_by(plain):
     """Gaussian scores against those of campaigns with noise and a converter's rounding.
 
@@ -489,6 +496,7 @@ def test_errors_are_what_differences_scatter_by(plain):
         assert one.mean() == pytest.approx(other.mean(), abs=3.0 * apart)
 
 
+@pytest.mark.slow
 def test_two_laws_compared_from_fits_to_the_page(plain):
     """All of it but dry friction: where there is no memory the larger law is tied or behind."""
     family, found = plain

@@ -53,6 +53,7 @@ class Killed(BaseException):
     """As a run ends that is interrupted."""
 
 
+@pytest.mark.slow
 def test_discover_goes_on_between_two_refits(tmp_path, monkeypatch):
     """What was fitted in full before the end is not fitted again, and the result is the same."""
     path = with_dry_friction(tmp_path, "stribeck-friction", "direction-dependent-viscosity")
@@ -84,6 +85,7 @@ def test_discover_goes_on_between_two_refits(tmp_path, monkeypatch):
     assert not list((tmp_path / "out").glob("discovery-refit*"))
 
 
+@pytest.mark.slow
 def test_batch_puts_all_carts_on_one_page(tmp_path, capsys):
     folder, out = tmp_path / "spring", tmp_path / "out"
     folder.mkdir()

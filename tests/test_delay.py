@@ -53,6 +53,7 @@ def test_a_delay_shorter_than_a_sample_moves_no_jump(march, kind: str):
         assert np.abs(got[1:-1] - meant).max() < 0.5 * PSI
 
 
+@pytest.mark.slow
 def test_what_no_slow_record_reads_may_lag_as_well(monkeypatch):
     monkeypatch.setattr(Rig, "delays", lambda _: {"acceleration": jnp.asarray([1e-3])})
     got = pressure(slow.march, RECORDS["frame"][0], "frame", None)

@@ -36,6 +36,7 @@ def taken(program, *given):
     return laid.temp_size_in_bytes
 
 
+@pytest.mark.slow
 def test_arrays_are_counted_as_the_compiler_lays_them_out(long):
     problem = long.problem
     size, noise = problem.parameters.size, is_noise(problem)
@@ -51,6 +52,7 @@ def test_arrays_are_counted_as_the_compiler_lays_them_out(long):
     assert all(laid > 4 << 20 and 0.5 < told / laid < 2.0 for told, laid in cases), cases
 
 
+@pytest.mark.slow
 def test_states_of_a_machine_are_counted_as_it_has_them(tmp_path):
     problem = machine("press", tmp_path).question.problem
     (group,) = problem.groups
@@ -91,6 +93,7 @@ def test_a_machine_with_too_little_refuses_before_anything_runs(tmp_path, capsys
     assert "it would be refused" in takes
 
 
+@pytest.mark.slow
 def test_what_a_fit_takes_is_told_before_it_begins(tmp_path, capsys):
     assert fit.main([str(write_cart(tmp_path)), "--out", str(tmp_path / "out")]) == 0
     says = capsys.readouterr().err

@@ -39,6 +39,7 @@ def looked_at(seed: int, change: dict[int, np.ndarray] | None = None) -> tuple[D
     return judged(channels, tests)
 
 
+@pytest.mark.slow
 def test_one_campaign_in_ten_has_a_p_value_of_a_tenth_and_far_more_without_the_count():
     runs = [looked_at(seed) for seed in range(200)]
     least = np.array([min(one.p_value for one in found) for found in runs])

@@ -49,6 +49,7 @@ def test_kinds_are_cut_to_one_shape_and_keep_their_order():
     assert sorted(t.label for g in groups for t in g.tracks) == sorted(r[0] for r in RECORDS)
 
 
+@pytest.mark.slow
 def test_kinds_share_a_program_and_without_the_cut_they_do_not():
     own = tuple(SlowGroup((t,), effects(BASE)) for t in tracks()[:2])
     for groups, programs in ((grouped(), 1), (own, 2)):

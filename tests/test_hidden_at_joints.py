@@ -45,6 +45,7 @@ def looked_for(name: str, folder) -> dict[tuple[str, str], set[str]]:
 EVERY, OVER_TIME = {"time", "pressure", "stroke", "speed"}, {"time", "cylinder speed"}
 
 
+@pytest.mark.slow
 def test_forces_between_the_same_ends_are_looked_for_once(tmp_path):
     """A press: three joints between the ground and the ram, oil at two of them."""
     assert looked_for("press", tmp_path) == {
@@ -55,6 +56,7 @@ def test_forces_between_the_same_ends_are_looked_for_once(tmp_path):
     }
 
 
+@pytest.mark.slow
 def test_forces_from_outside_are_looked_for_on_every_body(tmp_path):
     """A rig on a rope: barrel and root, behind other joints; the rope pulls at the root itself."""
     found = looked_for("hanging", tmp_path)
@@ -76,6 +78,7 @@ def test_forces_from_outside_are_looked_for_on_every_body(tmp_path):
     }
 
 
+@pytest.mark.slow
 def test_the_rig_has_those_of_the_rig():
     assert hidden_of(release_problem({"k_LC": 6e7, "mu": 2e4}, samples=64)) == HIDDEN
 
@@ -91,6 +94,7 @@ def swing(tmp_path_factory) -> LocalFit:
     return expanded(program, Point(Hypothesis(problem), lay_out(problem), w, noise))
 
 
+@pytest.mark.slow
 def test_a_joint_is_followed_whether_or_not_it_is_read(swing: LocalFit):
     """The body is let go at 31 mm and -0.2 m/s; its swing of 27.4 rad/s dies away."""
     path = paths_at_joints(swing)["spring"]

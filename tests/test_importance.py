@@ -83,6 +83,7 @@ def test_a_fit_by_weights_is_that_by_walkers(tmp_path):
     assert fewer < by_walkers.calibrated.draws.evaluations
 
 
+@pytest.mark.slow
 def test_draws_that_are_done_are_not_made_again(tmp_path, monkeypatch):
     study = rigid.load(write_cart(tmp_path))
     out = tmp_path / "out"
@@ -100,6 +101,7 @@ def test_draws_that_are_done_are_not_made_again(tmp_path, monkeypatch):
         stricter.fit(out, quiet=True, resume=True)
 
 
+@pytest.mark.slow
 def test_a_fit_along_the_ridge_is_that_by_weights(tmp_path, monkeypatch):
     """The cart tells one combination of mass and drag to 0.017 prior sds, the other to 0.002."""
     study = rigid.load(write_cart(tmp_path))

@@ -33,6 +33,7 @@ def test_the_joint_that_rubs_is_meant(tmp_path):
     assert place_of(press.model_copy(update={"machine": None}), None) == Place()
 
 
+@pytest.mark.slow
 def test_where_several_joints_rub_one_must_be_said(tmp_path):
     table = machine("table", tmp_path).solved
     with pytest.raises(InputError, match="joints that rub are c1, c2, c3, c4; say with --joint"):
@@ -41,6 +42,7 @@ def test_where_several_joints_rub_one_must_be_said(tmp_path):
     assert place_of(table, "c3").label("F_C") == "F_C[c3]"
 
 
+@pytest.mark.slow
 def test_models_are_those_of_the_joint(tmp_path):
     study = machine("press", tmp_path)
     place = place_of(study.solved, None)
@@ -59,6 +61,7 @@ def test_models_are_those_of_the_joint(tmp_path):
     assert "mu_branch[1][head]" not in dry.parameters.labels
 
 
+@pytest.mark.slow
 def test_where_there_is_no_oil_no_friction_goes_with_its_pressure(tmp_path):
     study = machine("swing", tmp_path)
     place = place_of(study.solved, None)

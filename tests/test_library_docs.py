@@ -20,6 +20,7 @@ def folder(tmp_path, monkeypatch):
 
 
 # ArviZ warns of what so few blocks must show.
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:Estimated shape parameter of Pareto:UserWarning")
 def test_the_examples_run(folder):
     assert len(EXAMPLES) >= 4

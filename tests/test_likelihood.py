@@ -174,6 +174,7 @@ def test_reverse_gradient_is_that_of_differences(which: str, request):
     np.testing.assert_allclose(got, difference, rtol=exactly, atol=rounding + 1e-3)
 
 
+@pytest.mark.slow
 def test_one_program_serves_all_values_and_all_data_of_a_shape(frame):
     compiled = []
 
@@ -209,6 +210,7 @@ def test_log_density_takes_any_number_of_rows_with_one_program(frame, monkeypatc
     assert len(set(shapes)) == 1
 
 
+@pytest.mark.slow
 def test_where_the_model_fails_the_density_is_zero(frame):
     z = jnp.zeros((2, frame.parameters.size)).at[1, 0].set(jnp.nan)
     value = log_posterior(frame, z)

@@ -126,6 +126,7 @@ def without_a_line(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     return np.sqrt(known) * (parts[0] + 1j * parts[1]), known
 
 
+@pytest.mark.slow
 def test_evidence_for_a_line_is_one_in_the_mean_where_there_is_none():
     """A Bayes factor against what is true has the mean 1, for whatever is weighed by it."""
     pulls, known = without_a_line(np.random.default_rng(4))

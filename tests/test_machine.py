@@ -48,6 +48,7 @@ def worst(study, values) -> float:
     return out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", simulated.MACHINES)
 def test_a_machine_moves_as_its_own_equations_say(name, tmp_path, monkeypatch):
     path = written(name, tmp_path, by_steps)
@@ -86,6 +87,7 @@ def paper_rig() -> tuple[dict[str, float], tuple]:
     return values, tuple(CATALOGUE[name] for name in names)
 
 
+@pytest.mark.slow
 def test_the_papers_rig_is_one_joint():
     """Eqs. (19)-(22) as a machine: readings are those of the rig's own solver."""
     values, effects = paper_rig()
@@ -265,6 +267,7 @@ def test_a_run_needs_its_machine(tmp_path):
         rigid.load(path)
 
 
+@pytest.mark.slow
 def test_what_may_be_missing_is_looked_for_where_it_can_be_told(tmp_path):
     """Frictions at one of three joints between the same bodies, leaks wherever there is oil."""
     path = written("press", tmp_path)

@@ -115,6 +115,7 @@ def test_a_slow_motion_comes_out_with_its_derivatives():
     assert np.all(laid.weight == 1.0)
 
 
+@pytest.mark.slow
 def test_force_and_what_the_model_says_of_it_go_through_the_same_low_pass():
     """A force above the corner is gone, one below it stays; the model's side does the same."""
     time = 5e-3 * np.arange(2000)

@@ -86,6 +86,7 @@ def test_weighted_draws_have_the_posterior_s_means(draws: Weighted):
     assert weight @ off**2 == pytest.approx(1.0, abs=error * np.sqrt(2.0))
 
 
+@pytest.mark.slow
 def test_the_volume_around_each_mode_counts():
     """A sheet e times thicker with every unit of the first number, whose mean is 0 all the same."""
 

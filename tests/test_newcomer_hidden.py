@@ -74,6 +74,7 @@ def everything(fit: Fitted):
     return hidden_signatures(fit, SORTS.values())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sort", SORTS.values(), ids=SORTS)
 class TestEverySort:
     def test_its_signatures_are_finite_and_its_own(self, sort, fit, everything):
@@ -111,6 +112,7 @@ class TestEverySort:
             hidden_figure(shown, simulated=True)
 
 
+@pytest.mark.slow
 def test_shares_of_the_prior_add_up_to_one_and_classes_are_alike(everything):
     information = np.eye(len(everything.target))
     bundles = bundles_of(everything.target, 0, information)

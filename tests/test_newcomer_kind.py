@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[1]
 
 KIND = '''
@@ -29,6 +31,7 @@ import sys
 from rigid.io.runtime import prepare
 prepare()
 import numpy as np
+import pytest
 from pathlib import Path
 from rigid.io.errors import InputError
 from rigid.kinds import KINDS
@@ -60,6 +63,7 @@ else:
 """
 
 
+@pytest.mark.slow
 def test_a_record_kind_is_one_file(tmp_path: Path):
     """A kind that says of itself what a frame says has the same log-posterior, to the last bit."""
     for folder in ("rigid", "fits", "data"):

@@ -20,6 +20,7 @@ def folder(tmp_path_factory):
     return out
 
 
+@pytest.mark.slow
 def test_result_has_every_item_and_none_is_left_unexplained(folder):
     made = json.loads((folder / "result.json").read_text("utf-8"))
     names = [item["name"] for item in made["items"]]
@@ -35,6 +36,7 @@ def test_result_has_every_item_and_none_is_left_unexplained(folder):
     assert frame["computed"] == pytest.approx(250e3 / 60e6 + 0.875e-3, abs=0.1e-3)
 
 
+@pytest.mark.slow
 def test_page_has_every_equation_figure_and_erratum_and_stands_alone(folder):
     page = (folder / "index.html").read_text("utf-8")
     for number in range(2, 24):
@@ -47,6 +49,7 @@ def test_page_has_every_equation_figure_and_erratum_and_stands_alone(folder):
     assert targets <= set(re.findall(r'id="([^"]+)"', page))
 
 
+@pytest.mark.slow
 def test_figures_are_files_with_their_numbers_and_say_where_they_are_simulated(folder):
     for number in FIGURES:
         assert (folder / "figures" / f"paper-figure-{number}.svg").stat().st_size > 5000

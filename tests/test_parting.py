@@ -124,6 +124,7 @@ def campaign(tmp_path_factory):
     return load(folder / "specs" / "own.toml")
 
 
+@pytest.mark.slow
 def test_a_candidate_stands_in_place_of_the_record_it_is_like(campaign):
     """Samples of both cylinders, their weights, and the flow fraction that is set."""
     problem = campaign.problem

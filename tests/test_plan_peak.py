@@ -61,6 +61,7 @@ def found(study):
     return search(study.problem, 2, 1)
 
 
+@pytest.mark.slow
 def test_the_peak_goes_with_the_gains_of_all_sensors(study, found):
     """The rig is nearly linear: sensors that all read 1 % too much say a load 1 % too large.
 
@@ -82,6 +83,7 @@ def test_the_peak_goes_with_the_gains_of_all_sensors(study, found):
     assert len(slope) == int((~is_noise(problem)).sum()) + 2 * len(problem.sensors)
 
 
+@pytest.mark.slow
 def test_what_stays_bounds_what_a_record_can_tell(study):
     made = study.plan(("peak_load[press,left]", "k_LC"), quiet=True).result
     peak, stiffness = made["quantities"]

@@ -23,6 +23,7 @@ def draws(problem, spread: float = 0.05) -> np.ndarray:
     return spread * np.random.default_rng(5).standard_normal((12, problem.parameters.size))
 
 
+@pytest.mark.slow
 def test_steps_agree_with_diffrax(problem):
     z = draws(problem)
     found = against_reference(problem, z[0], z, seed=1)
@@ -35,6 +36,7 @@ def test_steps_agree_with_diffrax(problem):
     assert "13 points" in found.check.says
 
 
+@pytest.mark.slow
 def test_a_solver_that_reads_wrong_is_found(problem, monkeypatch):
     """Pressures 1 % too high: a hundred bar are off by 1 bar, three steps of the gauge."""
     right = slow.march
@@ -75,6 +77,7 @@ def test_a_mean_moves_by_no_more_than_is_said():
         assert abs(moved) < 1.1 * found.shift + 4 / np.sqrt(len(q))
 
 
+@pytest.mark.slow
 def test_a_solve_that_does_not_end_is_no_proof(problem, monkeypatch):
     monkeypatch.setattr(full, "MAX_STEPS", 3)
     z = draws(problem)
@@ -103,6 +106,7 @@ def test_the_problem_of_a_spec_by_diffrax_predicts_by_it_and_has_its_slopes(prob
     np.testing.assert_allclose(slope(exact), slope(problem), rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_releases_are_held_against_diffrax_as_well():
     problem = release_problem({})
     z = draws(problem)

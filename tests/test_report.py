@@ -104,6 +104,7 @@ def test_every_table_header_has_a_scope_and_every_figure_a_caption(page):
         assert re.search(r"<figcaption>.{40,}", figure)
 
 
+@pytest.mark.slow
 def test_the_same_content_gives_the_same_bytes(page, tmp_path):
     assert written(fake.calibration(), tmp_path) == page
 
@@ -115,6 +116,7 @@ def test_simulated_data_are_said_on_the_page_and_in_every_figure(page):
     assert all("Simulated data." in figure for figure in figures)
 
 
+@pytest.mark.slow
 def test_measured_data_are_not_called_simulated(tmp_path):
     content = fake.calibration(
         simulated=False,

@@ -212,6 +212,7 @@ def test_a_straight_posterior_stays_as_it_is():
     assert bend_of(straight, best, NONE_HELD, WIDE).bend is None
 
 
+@pytest.mark.slow
 def test_coordinates_of_a_rig_have_their_optimum_and_its_law(monkeypatch):
     monkeypatch.setattr(ridge, "STRAIGHT", 2.0)  # that of one release is straight enough as it is
     found = search(release_problem({"k_LC": 6e7, "mu": 2e4}, samples=64), 4, 1)

@@ -110,6 +110,7 @@ def test_a_planted_effect_comes_out_by_its_strength(listed):
     assert int(np.argmax(np.abs(found.strength))) == at
 
 
+@pytest.mark.slow
 def test_a_run_that_goes_on_reads_its_traces(tmp_path, monkeypatch):
     """To the last bit, and without a simulation."""
     local, programs = fitted(campaign(306))
@@ -202,6 +203,7 @@ def test_a_spike_does_not_count_and_correlated_noise_counts_less():
     assert with_weights(local, clean).value == pytest.approx(local.value, rel=0.3)
 
 
+@pytest.mark.slow
 def test_differences_are_derivatives(listed, monkeypatch):
     """Traces and slopes of a rig that is not steady come of differences; here of one that is."""
     local, programs = fitted(campaign(305))

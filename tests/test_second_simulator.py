@@ -66,6 +66,7 @@ def test_it_imports_nothing_of_the_package_or_its_generator():
                 assert node.func.id != "__import__", path.name
 
 
+@pytest.mark.slow
 def test_two_simulators_agree_within_a_share_of_each_sensors_step(plain: Path):
     truth = json.loads((plain / "truth.json").read_text("utf-8"))
     study = rigid.load(plain / "spec.toml")
@@ -120,6 +121,7 @@ def test_a_strap_that_takes_its_time_keeps_the_end_and_softens_the_start():
         assert np.abs(swing(4e-3, law)).max() < 0.7 * abs(at_once[1])
 
 
+@pytest.mark.slow
 def test_a_release_on_a_sample_reads_half_of_the_jump(tmp_path: Path):
     truth = json.loads(
         (campaign("release-on-a-sample", 3, tmp_path).parent / "truth.json").read_text("utf-8")
@@ -167,6 +169,7 @@ def test_every_population_gives_records_that_its_spec_reads(population: str, tmp
         assert np.ptp(read, axis=0).min() > 0.0
 
 
+@pytest.mark.slow
 def test_a_seed_is_a_campaign(plain: Path, tmp_path: Path):
     again = campaign("plain", 1, tmp_path / "again").parent
     names = sorted(path.name for path in plain.iterdir())
@@ -174,6 +177,7 @@ def test_a_seed_is_a_campaign(plain: Path, tmp_path: Path):
     assert all((plain / n).read_bytes() == (again / n).read_bytes() for n in names)
 
 
+@pytest.mark.slow
 def test_the_command_names_its_spec(tmp_path: Path):
     told = subprocess.run(
         [sys.executable, "-m", "second_simulator", "plain", "--seed", "4", str(tmp_path)],

@@ -52,6 +52,7 @@ def test_spikes_are_found_though_the_noise_level_that_was_fitted_holds_them():
     )
 
 
+@pytest.mark.slow
 def test_a_gauge_at_the_end_of_its_range_says_nothing_there():
     local, _ = fitted(campaign(304))
     pressure = np.array([c.quantity == "pressure" for c in local.layout.channels])
@@ -75,6 +76,7 @@ def test_a_gauge_at_the_end_of_its_range_says_nothing_there():
     assert found.sum() > 50
 
 
+@pytest.mark.slow
 def test_a_search_sets_the_same_samples_aside_and_finds_the_noise_of_the_rest():
     plain = campaign(304)
     found, clean = search(spiked(plain), 2, 1), search(plain, 2, 1)

@@ -33,6 +33,7 @@ def moved(local: LocalFit, by: np.ndarray) -> LocalFit:
     return expanded(local.family, Point.beside(local, local.w + by))
 
 
+@pytest.mark.slow
 def test_a_fit_of_a_right_model_is_settled(clean):
     local, _ = clean
     assert state_of(local).ok
@@ -41,6 +42,7 @@ def test_a_fit_of_a_right_model_is_settled(clean):
     assert nearer_priors(local) == []
 
 
+@pytest.mark.slow
 def test_a_fit_that_stopped_on_its_way_is_not(clean):
     """A posterior sd along an axis is a posterior sd away, and half of the limit is none."""
     local, _ = clean
@@ -69,6 +71,7 @@ def test_a_number_far_from_its_prior_is_told_first():
     assert not centre.any()
 
 
+@pytest.mark.slow
 def test_a_refit_below_the_fit_that_it_holds_is_not_settled(clean):
     local, programs = clean
     effect = CHOICE[0]
@@ -85,6 +88,7 @@ def test_a_refit_below_the_fit_that_it_holds_is_not_settled(clean):
     assert refusal(dataclasses.replace(one, after=refined(begun)), judged()) == ""
 
 
+@pytest.mark.slow
 def test_a_climb_that_is_stuck_where_slopes_are_no_numbers_keeps_where_it_came_to(
     clean, monkeypatch
 ):
@@ -109,6 +113,7 @@ def judged(gap: float = 1.0, gain: float = 5.0) -> Judged:
     return Judged((1.0, gap), (1.0, gap), left)
 
 
+@pytest.mark.slow
 def test_what_widens_the_gap_or_predicts_worse_is_not_named(clean):
     local, _ = clean
     one = Refit(bare(Candidate, effect=CHOICE[0]), local, local, 50.0)
@@ -118,6 +123,7 @@ def test_what_widens_the_gap_or_predicts_worse_is_not_named(clean):
     assert "predicted worse" in refusal(one, judged(gain=-0.3))
 
 
+@pytest.mark.slow
 def test_a_search_tells_whether_its_best_optimum_is_one():
     """Of a right model it is; on a slope, or far from a prior, it is not."""
     problem = campaign(402)
@@ -129,6 +135,7 @@ def test_a_search_tells_whether_its_best_optimum_is_one():
     assert wrong.settled.far[0][0] == "kappa[free-run-1,A]"
 
 
+@pytest.mark.slow
 def test_where_an_effects_own_amplitude_ends_is_left_to_who_weighs_it(clean):
     local, programs = clean
     effect = CHOICE[0]
@@ -150,6 +157,7 @@ def test_the_limit_is_passed_by_chance_as_rarely_as_it_says():
     assert spread.sum() > 10 * n * CHANCE
 
 
+@pytest.mark.slow
 def test_a_bound_on_every_number(clean):
     """No entry of the step is longer, in its posterior sd, than what is told."""
     local, _ = clean

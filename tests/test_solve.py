@@ -106,6 +106,7 @@ def test_linear_rig_follows_the_matrix_exponential(way: str, contact: float, mon
         assert error < 1e-8, (name, error)
 
 
+@pytest.mark.slow
 def test_long_steps_are_exact_at_their_nodes_and_below_every_bar_between():
     record = drive(300, (0.013, 0.997), (1, 0, 1))
     values = NOMINAL | LINEAR

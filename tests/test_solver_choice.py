@@ -107,17 +107,13 @@ def study(folder: Path, effect: str, solve: str = "") -> rigid.Study:
     return rigid.load(path)
 
 
-def slow(*given: str):
-    return pytest.param(*given, marks=pytest.mark.slow)
-
-
 @pytest.mark.parametrize(
     ("effect", "method"),
     [
         ("Smooth", "steps"),
         ("Cornered", "diffrax"),
-        slow("Stiff", "diffrax"),
-        slow("Humming", "diffrax"),
+        ("Stiff", "diffrax"),
+        ("Humming", "diffrax"),
     ],
 )
 def test_steps_solve_what_they_hold_for_and_diffrax_the_rest(
@@ -136,6 +132,7 @@ def test_steps_solve_what_they_hold_for_and_diffrax_the_rest(
     assert fingerprint(asked.solved, asked.records, 1) != fingerprint(asked.spec, asked.records, 1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["steps", "diffrax"])
 def test_what_the_spec_says_is_not_asked(folder, method, capsys):
     asked = study(folder, "Humming", f'method = "{method}"')

@@ -38,6 +38,7 @@ def made(tmp_path_factory):
         return folder, fit(options)
 
 
+@pytest.mark.slow
 def test_the_files_are_those_of_the_contract(made):
     folder, status = made
     assert status in (0, 1)
@@ -46,6 +47,7 @@ def test_the_files_are_those_of_the_contract(made):
     }
 
 
+@pytest.mark.slow
 def test_the_result_names_each_story_under_both_priors(made):
     found = json.loads((made[0] / "result.json").read_text("utf-8"), parse_constant=pytest.fail)
     assert found["simulated"] is False
@@ -62,6 +64,7 @@ def test_the_result_names_each_story_under_both_priors(made):
     assert {"k_LC[catalogue,root]", "inverse_M_root[indifferent,root]"} <= set(found["parameters"])
 
 
+@pytest.mark.slow
 def test_the_posterior_has_a_story_dimension(made):
     tree = load_posterior(made[0] / "posterior.nc")
     draws = tree["posterior"]
@@ -71,6 +74,7 @@ def test_the_posterior_has_a_story_dimension(made):
     assert tree["evidence"]["log_evidence"].shape == (2, len(KEPT))
 
 
+@pytest.mark.slow
 def test_the_page_says_what_it_rests_on(made):
     page = (made[0] / "index.html").read_text("utf-8")
     assert "Root plate free" in page

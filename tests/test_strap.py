@@ -38,6 +38,7 @@ def both(duration, begin, end, late) -> tuple[np.ndarray, np.ndarray]:
     return np.asarray(fast)[:, 0], np.asarray(slow)[:, 0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", [(0.02, 0.02), (1.0, 1.0), (6.0, 0.05), (0.05, 6.0)])
 def test_the_mean_of_sudden_releases_is_the_gradual_one(shape: tuple[float, float]):
     """Half a sd of the noise is what the check `solver` admits; a sample early or late too."""
@@ -49,6 +50,7 @@ def test_the_mean_of_sudden_releases_is_the_gradual_one(shape: tuple[float, floa
     assert np.abs(sudden - slow).max(axis=0).min() > 3.0 * NOISE  # it is no small matter
 
 
+@pytest.mark.slow
 def test_a_strap_that_goes_at_once_is_a_sudden_release():
     fast, _ = both([1e-9, 1e-9], 1.0, 1.0, [0.2, 0.9])
     names = {k: jnp.full(2, v) for k, v in NOMINAL.items()}

@@ -150,6 +150,7 @@ assemble(spec, read_records(spec))
     assert "JAX_ENABLE_X64 holds JAX to 32 bits" in held.stderr.splitlines()[-1]
 
 
+@pytest.mark.slow
 def test_a_session_that_ran_in_32_bits_goes_on_in_64(path):
     program = f"""
 import jax, jax.numpy as jnp
@@ -208,6 +209,7 @@ def test_its_posterior_is_the_file(fit, tmp_path):
     assert np.isfinite(np.asarray(az.ess(fit.posterior["posterior"]["mu"].values)))
 
 
+@pytest.mark.slow
 def test_a_missing_effect_is_found_and_the_study_with_it_given(tmp_path):
     path = write_cart(tmp_path)
     text = SPEC.replace(

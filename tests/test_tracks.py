@@ -137,6 +137,7 @@ def test_series_are_padded_and_cut():
     assert not series.has("stroke")
 
 
+@pytest.mark.slow
 def test_records_that_differ_in_length_and_valve_times_share_a_program():
     """One trace for both where sizes are kept; with grids as long as the records there are two."""
     traces = []

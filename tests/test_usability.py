@@ -106,6 +106,7 @@ def test_a_budget_finds_what_a_number_is_made_of():
     assert made.combined == pytest.approx(np.sqrt(36.0 + 0.25 + 16.0), rel=tolerance)
 
 
+@pytest.mark.slow
 def test_noise_far_above_its_sheet_is_told():
     found = search(release_problem({"k_LC": 6e7, "mu": 2e4}, samples=64), 2, 1)
     assert noise(found).ok

@@ -134,6 +134,7 @@ def test_noise_has_the_stated_colour_and_converters_their_steps(base):
     np.testing.assert_array_equal(stepped, [0.5, -0.0])
 
 
+@pytest.mark.slow
 def test_a_campaign_has_the_records_of_the_spec_and_readings_of_its_truth(base):
     made = draw(base, Design(SEED), 3)
     assert made.problem.parameters.labels == base.problem.parameters.labels
@@ -167,6 +168,7 @@ def test_a_design_goes_through_a_job_and_back(study):
     assert spec.records[0].file == study.spec.records[0].file
 
 
+@pytest.mark.slow
 def test_a_sound_likelihood_passes(sound):
     assert sound.usable, sound.table()
     assert {t.name for t in sound.verdict.tested} >= {
@@ -175,6 +177,7 @@ def test_a_sound_likelihood_passes(sound):
     assert sound.result["replicates"] == COUNT
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", ["noise-halved", "colour-ignored"])
 def test_a_likelihood_broken_on_purpose_fails(study, how):
     found = study.validate(Replicates(COUNT, broken=how), seed=SEED, quiet=True)
@@ -211,6 +214,7 @@ def test_replicates_share_their_programs(study):
     assert not found
 
 
+@pytest.mark.slow
 def test_a_study_goes_on_where_it_was_stopped(study, tmp_path):
     study.validate(Replicates(2), tmp_path, seed=SEED, quiet=True)
     rows = tmp_path / "validation" / "fast.jsonl"
@@ -226,6 +230,7 @@ def test_a_study_goes_on_where_it_was_stopped(study, tmp_path):
     assert json.loads((tmp_path / "validation.json").read_text("utf-8"))["usable"] is False
 
 
+@pytest.mark.slow
 def test_fast_and_full_fits_of_a_campaign_agree(study, tmp_path):
     study.validate(Replicates(2, fit="full"), tmp_path, seed=SEED, quiet=True)
     found = study.validate(Replicates(2), tmp_path, seed=SEED, quiet=True)
@@ -290,6 +295,7 @@ def test_agreement_sees_ranks_that_are_off():
     assert agreement(fast, []) is None
 
 
+@pytest.mark.slow
 def test_a_misfit_shows_what_it_hurts(study):
     """A mass known to 3 % that is 2 sd off: the drag hardly feels it, the mass itself does."""
     spec = study.spec.model_copy(update={"priors": {}})
@@ -404,6 +410,7 @@ def test_slopes_at_truths_are_as_long_as_the_likelihood_says(study, base):
     assert chi2.sf(*lengths("noise-halved")) < 1e-6
 
 
+@pytest.mark.slow
 def test_the_slope_at_a_truth_foretells_how_far_off_a_fit_is(sound, base):
     for value in (one(Given(arguments(base.spec, Design(SEED), n), ROOT, ROOT)) for n in (0, 1)):
         for label, told in value["foretold"].items():
@@ -421,6 +428,7 @@ def test_a_law_that_misses_the_place_of_truths_is_seen_by_their_weight():
     assert "weight: draws come too rarely where truths lie" in joint.says
 
 
+@pytest.mark.slow
 def test_slopes_alone_are_a_study_of_their_own(study, tmp_path):
     asked = Replicates(COUNT, fit="slopes")
     found = study.validate(asked, tmp_path, seed=SEED, quiet=True)

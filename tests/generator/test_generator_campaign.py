@@ -305,6 +305,7 @@ def test_command_refuses_what_makes_no_sense(tmp_path, capsys):
     assert not (tmp_path / "x").exists()
 
 
+@pytest.mark.slow
 def test_command_says_so_where_a_cause_does_not_reach_its_strength(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("rigid.generator.strength.MOST_TRIALS", 0)
     with pytest.raises(SystemExit) as stop:

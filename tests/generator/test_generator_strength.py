@@ -128,6 +128,7 @@ def test_a_refit_in_earnest_confirms_the_linear_one(on):
     assert np.sqrt(left @ left + z @ z) == pytest.approx(strength)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["coulomb-friction", "clock-offset", "seating-slack"])
 @pytest.mark.parametrize("wanted", [3.0, 12.0])
 def test_an_amplitude_is_found_for_a_strength(on, name, wanted):
