@@ -75,8 +75,8 @@ class Ranking:
 
     The first LEADING were weighed anew: they are in order among themselves, and stay in front.
 
-    - `quantities`: their names; `units`. - `median`, `sd` (quantities,): at the points, SI; `sd`
-      is that of the records there are, by the local approximation.
+    - `quantities`: their names; `units`. - `median` (quantities,): over the posterior. - `sd`
+      (quantities,): by the records there are, around the best fit. Both SI.
     """
 
     quantities: tuple[str, ...]
@@ -122,16 +122,16 @@ def rank(
             report(number)
         ranked.sort(key=_order)
         closer = _Around(fitted, asked, _points(fitted.known, rng, CLOSER), seed, pool)
+        best = _Around(fitted, asked, fitted.known.found.optima[0].z[None], seed, pool)
         for place, one in enumerate(ranked[:LEADING]):
             if one.beyond is None:
-                ranked[place] = closer.foreseen(one.change)
+                ranked[place] = closer.foreseen(one.change, best)
             report(len(changes) + place + 1)
     # In front stay those that were weighed anew: behind them chance has not been taken out.
     ranked[:LEADING] = sorted(ranked[:LEADING], key=_order)
     median = np.array([np.median(quantity.values(closer.points)) for quantity in asked.values()])
     units = tuple(quantity.unit for quantity in asked.values())
-    sds = np.median(closer.sds(closer.now), axis=1)
-    return Ranking(tuple(asked), units, median, sds, tuple(ranked))
+    return Ranking(tuple(asked), units, median, best.sds(best.now)[:, 0], tuple(ranked))
 
 
 def weighed(changes: tuple[Change, ...]) -> int:
@@ -193,27 +193,20 @@ class _Around:
         """Weigh a candidate: the sd with it over that without, at each point."""
         return self._ranked(change, self, self.told(change), self.sds(self.now))
 
-    def foreseen(self, change: Change) -> Ranked:
+    def foreseen(self, change: Change, best: "_Around") -> Ranked:
         """Weigh a candidate where a fit with it may come to lie, if the truth is at the points.
 
-        The sd there is over that at the best fit.
+        - `best`: the best fit of today, over whose sd that there is.
         """
         rng = np.random.default_rng([self.seed, 4])
-        best = _Around(self.fitted, self.asked, self._best[None], self.seed, self.pool)
-        free = ~is_noise(self.problem)
-        ends = []
-        for z, j, one in zip(self.points, self.now, self.told(change), strict=True):
+        (middle,), free = best.points, ~is_noise(self.problem)
+        ends = np.tile(middle, (len(self.points), 1))
+        for end, z, j, one in zip(ends, self.points, self.now, self.told(change), strict=True):
             off = np.zeros(len(j))
-            off[: free.sum()] = (z - self._best)[free]
-            end = self._best.copy()
+            off[: free.sum()] = (z - middle)[free]
             end[free] += shift(j, one.adds, off, rng)[: free.sum()]
-            ends.append(end)
-        there = _Around(self.fitted, self.asked, np.array(ends), self.seed, self.pool)
+        there = _Around(self.fitted, self.asked, ends, self.seed, self.pool)
         return self._ranked(change, there, there.told(change), best.sds(best.now))
-
-    @property
-    def _best(self) -> Float[np.ndarray, " size"]:
-        return self.fitted.known.found.optima[0].z
 
     def _ranked(
         self, change: Change, there: "_Around", told: "list[_Told]", before: np.ndarray
