@@ -84,6 +84,7 @@ def test_spikes_of_every_sensor_are_set_aside_and_the_load_is_what_it_was(presse
     assert off_truth(followed, load) > 10.0 * off_truth(clean, load)  # the rule is what does it
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "wrong",
     [

@@ -585,6 +585,7 @@ def test_the_command_finds_seal_friction_and_writes_its_files(tmp_path: Path, ca
     assert "Friction models" in page
 
 
+@pytest.mark.slow
 def test_the_laws_of_a_spec(tmp_path: Path):
     """Dry friction stands beside what the spec has; a coefficient by kind of record is no law."""
     folder = Path(__file__).parents[1] / "fits"
@@ -687,6 +688,7 @@ def test_the_table_has_a_row_a_law():
     assert rows[3].split(",")[6] == "True"
 
 
+@pytest.mark.slow
 def test_a_comparison_goes_on_where_it_was_stopped(tmp_path, monkeypatch):
     """Stopped after every step that is kept; all files then say the same, to the last digit."""
     path = write_cart(tmp_path, seconds=4.0)

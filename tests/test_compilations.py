@@ -69,6 +69,7 @@ def problem():
     return release_problem({}, samples=64)
 
 
+@pytest.mark.slow
 def test_the_log_posterior_is_compiled_once_before_a_run_and_never_during_it(problem):
     with compilations() as before:
         log_density(problem, np.zeros((1, problem.parameters.size)))
@@ -79,6 +80,7 @@ def test_the_log_posterior_is_compiled_once_before_a_run_and_never_during_it(pro
     assert not during
 
 
+@pytest.mark.slow
 def test_new_data_of_the_same_shape_need_no_new_program(problem):
     log_density(problem, np.zeros((1, problem.parameters.size)))
     other = release_problem({}, samples=64, seed=1)
@@ -87,6 +89,7 @@ def test_new_data_of_the_same_shape_need_no_new_program(problem):
     assert not found["jit(evaluate)"]
 
 
+@pytest.mark.slow
 def test_the_count_sees_batches_of_changing_shape(problem):
     log_density(problem, np.zeros((1, problem.parameters.size)))
     with compilations() as found:

@@ -35,6 +35,7 @@ def pressure(march, record, kind: str, delay: float | None) -> np.ndarray:
     return np.asarray(out["pressure"])[: record.samples, 0, 0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", RECORDS)
 @pytest.mark.parametrize("march", [slow.march, march_still])
 def test_a_delay_shorter_than_a_sample_moves_no_jump(march, kind: str):

@@ -61,6 +61,7 @@ def test_states_of_a_machine_are_counted_as_it_has_them(tmp_path):
     assert counted._states(group) == len(built.scales)
 
 
+@pytest.mark.slow
 def test_more_of_anything_takes_more(long):
     rule = long.spec.sampler
     base = counted.demand(long.problem, rule, 2)

@@ -59,11 +59,12 @@ def test_kinds_share_a_program_and_without_the_cut_they_do_not():
         assert found["jit(_read)"] == programs
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "names",
     [
         pytest.param(BASE, id="steady"),
-        pytest.param((*BASE, "coulomb-friction"), id="dry", marks=pytest.mark.slow),
+        pytest.param((*BASE, "coulomb-friction"), id="dry"),
     ],
 )
 def test_taking_turns_changes_no_reading(names):

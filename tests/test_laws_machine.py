@@ -23,6 +23,7 @@ from rigid.io.errors import InputError
 from rigid.likelihood.assemble import assemble
 
 
+@pytest.mark.slow
 def test_the_joint_that_rubs_is_meant(tmp_path):
     press = machine("press", tmp_path).solved
     assert place_of(press, None).joint == "head"

@@ -167,6 +167,7 @@ def test_a_struck_rig_on_a_rope_is_found_from_the_prior(tmp_path):
         assert float(values[label][0]) == pytest.approx(value, rel=0.1), label
 
 
+@pytest.mark.slow
 def test_derivatives_of_a_march_are_those_of_differences():
     def read(stiffness):
         effect = placed(CATALOGUE["joint-spring"], "s").build({"k_spring[s]": stiffness[None]})

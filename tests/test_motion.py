@@ -331,6 +331,7 @@ def test_a_simulated_machine_is_found_again(tmp_path):
     assert values["noise[force,A]"] == pytest.approx(left, rel=0.1)
 
 
+@pytest.mark.slow
 def test_without_its_dry_friction_the_coefficient_is_wrong(tmp_path):
     _, values, off = best_fit(cart(tmp_path, '["viscous-friction"]'))
     assert off["mu"] > 4.0

@@ -43,6 +43,7 @@ def cart(tmp_path_factory):
     return load(one), load(two)
 
 
+@pytest.mark.slow
 def test_what_one_more_record_tells_is_what_was_expected(cart):
     one, two = cart
     expected = one.plan(quiet=True).result

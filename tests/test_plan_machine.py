@@ -14,12 +14,13 @@ from rigid.planning.limits import driven
 from rigid.planning.quantity import quantity_of, slope
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "setting", "number"),
     [
         ("press", "flow", "kappa[squeeze,head]"),
         ("swing", "drive", "x_start[decay,body]"),
-        pytest.param("shaker", "drive", "", marks=pytest.mark.slow),
+        ("shaker", "drive", ""),
     ],
 )
 def test_what_can_be_changed_is_what_drives_a_run(name, setting, number, tmp_path):

@@ -134,6 +134,7 @@ def found_in(problem: Problem) -> Outcome:
     return discover(problem, best, CHOICE, {}, Running(0))
 
 
+@pytest.mark.slow
 def test_workflow_names_what_is_hidden_and_nothing_where_nothing_is():
     assert found_in(campaign(301)).verdict == "nothing-missing"
     # A strong one: taken for correlated noise, it would hide itself.

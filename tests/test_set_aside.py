@@ -95,6 +95,7 @@ def test_a_search_sets_the_same_samples_aside_and_finds_the_noise_of_the_rest():
     assert aside_of(lay_out(found.problem)) == ()  # they are as if never read
 
 
+@pytest.mark.slow
 def test_fit_laws_and_discover_have_one_gap():
     """They end in one optimum by ways of their own, so that gaps agree to a thousandth.
 

@@ -53,6 +53,7 @@ def test_a_fit_that_stopped_on_its_way_is_not(clean):
     assert "posterior sds from the optimum" in unsettled(moved(local, axis))
 
 
+@pytest.mark.slow
 def test_a_number_far_from_its_prior_is_told_first():
     """Readings of three times the flow that the prior knows to a fifth: ln 3 / ln 1.2 = 6 sds."""
     problem = campaign(401, **{"kappa[free-run-1,A]": 0.6})

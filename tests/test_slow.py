@@ -147,6 +147,7 @@ def least_moved_in_the_bend() -> float:
     return float(np.abs(np.asarray(slopes)[held]).max())
 
 
+@pytest.mark.slow
 def test_a_pressure_held_in_the_bend_forgets_what_moved_it(monkeypatch):
     """A flow that is constant over a long step drives the slopes on: 1.14 a sample, 1e34 Pa in a
     record of a real fit, whose search then ended in a matrix that was not positive definite."""

@@ -190,6 +190,7 @@ def test_a_smoother_that_ignores_later_samples_is_another(rig, table, block):
     assert off.max() > 0.1
 
 
+@pytest.mark.slow
 def test_simulated_errors_have_the_smoothers_variance(rig, table, block):
     """Own movement and noise together: over 4,000 keys the variance is within 5 sds of its own."""
     samples, moves = block

@@ -107,6 +107,7 @@ def study(folder: Path, effect: str, solve: str = "") -> rigid.Study:
     return rigid.load(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("effect", "method"),
     [

@@ -134,6 +134,7 @@ def test_a_pump_that_changes_its_stage_follows_the_reference():
     assert worst(by_steps(values, BASE, NOMINAL["k_frame"], FLOWS, record), expected) < 1.0
 
 
+@pytest.mark.slow
 def test_errors_fall_with_the_square_of_the_step(monkeypatch):
     """Half the step, a quarter of the error while a plunger slides and its oil column shortens."""
     values, names = NOMINAL | DRY["coulomb-friction"], (*MEMORY, "coulomb-friction")

@@ -118,6 +118,7 @@ def test_noise_far_above_its_sheet_is_told():
     assert "acceleration,A is 5.1 times" in check.says, check.says
 
 
+@pytest.mark.slow
 def test_walkers_that_begin_in_a_law_that_misses_a_part_are_not_trusted():
     found = search(release_problem({"k_LC": 6e7, "mu": 2e4}, samples=64), 2, 1)
     known = propose(found, np.random.default_rng(1))

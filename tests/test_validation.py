@@ -187,6 +187,7 @@ def test_a_likelihood_broken_on_purpose_fails(study, how):
     assert how in found.table()
 
 
+@pytest.mark.slow
 def test_every_break_changes_the_density(base):
     made = draw(base, Design(SEED), 0)
     for how in set(BREAKS) - {"colour-ignored", "rounding-ignored"}:  # the cart has no converter
@@ -196,6 +197,7 @@ def test_every_break_changes_the_density(base):
         assert float(other.log_posterior(z)[0]) != float(made.problem.log_posterior(whole)[0])
 
 
+@pytest.mark.slow
 def test_replicates_share_their_programs(study):
     given = [Given(arguments(study.spec, Design(SEED), n), ROOT, ROOT) for n in (0, 1, 2)]
     one(given[0])

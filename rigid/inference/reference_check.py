@@ -248,8 +248,8 @@ def _worst(
     """The worst error of each quantity."""
     found: dict[str, SensorError] = {}
     for piece in problem.pieces:
-        by_steps, by_diffrax = (one[piece.group][piece.quantity] for one in (fast, exact))
-        error = _error(problem, piece, np.abs(by_steps - by_diffrax)[..., ended])
+        both = (one[piece.group][piece.quantity][..., ended] for one in (fast, exact))
+        error = _error(problem, piece, np.abs(np.subtract(*both)))
         known = found.get(piece.quantity)
         if known is None or error.bars > known.bars:
             found[piece.quantity] = error
