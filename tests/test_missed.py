@@ -14,6 +14,7 @@ from rigid.validation.missed import missed
 from rigid.validation.verdict import verdict
 
 
+@pytest.mark.slow
 def test_a_better_optimum_that_the_search_has_missed_is_told():
     """The release's trap: an optimum with a stiffer friction, thousands of nats below the best."""
     release = release_problem({"k_LC": 6e7, "mu": 2e4}, samples=192, noise=0.1)

@@ -224,6 +224,7 @@ def test_coordinates_of_a_rig_have_their_optimum_and_its_law(monkeypatch):
     np.testing.assert_allclose(chart.straightened(best).covariance, best.covariance, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_an_expansion_is_that_of_the_samples():
     problem = release_problem({"k_LC": 6e7, "mu": 2e4}, samples=64)
     w = joined(problem, np.full(problem.parameters.size, 0.1), np.zeros((len(problem.sensors), 2)))

@@ -153,6 +153,7 @@ def test_workflow_names_what_is_hidden_and_nothing_where_nothing_is():
     assert after.hypothesis.values(after.w)["R_hose"][0] == pytest.approx(4e9, abs=4 * sd)
 
 
+@pytest.mark.slow
 def test_leaving_records_out_adds_up_to_the_evidence_of_independent_ones():
     """With nothing shared between two records the densities of both make the whole integral."""
     local, _ = fitted(campaign(303))
@@ -180,6 +181,7 @@ def test_leaving_records_out_adds_up_to_the_evidence_of_independent_ones():
     )
 
 
+@pytest.mark.slow
 def test_a_spike_does_not_count_and_correlated_noise_counts_less():
     local, programs = fitted(campaign(304))
     columns = signatures(local, programs, candidates(CHOICE, 1))
@@ -217,6 +219,7 @@ def test_differences_are_derivatives(listed, monkeypatch):
     assert off.max() < 0.1
 
 
+@pytest.mark.slow
 def test_a_fit_that_stalls_on_old_slopes_renews_them():
     """Slopes kept from another model may lead downhill; the optimum is then still found."""
     local, programs = fitted(campaign(300, load_drift=20.0))
@@ -232,6 +235,7 @@ def test_a_fit_that_stalls_on_old_slopes_renews_them():
     assert ends[1] == pytest.approx(ends[0], abs=2.0 * CLOSER)
 
 
+@pytest.mark.slow
 def test_another_law_of_numbers_that_are_in_already_is_no_candidate(listed):
     local, programs = fitted(campaign(301))
     drift = CATALOGUE["load-cell-drift"]
@@ -256,6 +260,7 @@ def test_products_are_those_of_all_samples_whatever_is_left_out():
     np.testing.assert_allclose(gram(columns, bend), columns.T @ (columns * bend[:, None]))
 
 
+@pytest.mark.slow
 def test_campaigns_of_a_complete_model_have_the_correlation_of_the_traces(monkeypatch):
     """2,000 draws give a correlation within 5/sqrt(2,000) = 0.11."""
     rng = np.random.default_rng(403)

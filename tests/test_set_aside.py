@@ -111,6 +111,7 @@ def test_fit_laws_and_discover_have_one_gap():
     assert gap(local) > 1.4
 
 
+@pytest.mark.slow
 def test_what_is_set_aside_and_held_exact_is_told():
     spec = load_spec(find_spec("calibration"))
     problem = spiked(campaign(304))
