@@ -260,7 +260,6 @@ def test_products_are_those_of_all_samples_whatever_is_left_out():
     np.testing.assert_allclose(gram(columns, bend), columns.T @ (columns * bend[:, None]))
 
 
-@pytest.mark.slow
 def test_campaigns_of_a_complete_model_have_the_correlation_of_the_traces(monkeypatch):
     """2,000 draws give a correlation within 5/sqrt(2,000) = 0.11."""
     rng = np.random.default_rng(403)
@@ -274,6 +273,7 @@ def test_campaigns_of_a_complete_model_have_the_correlation_of_the_traces(monkey
     np.testing.assert_allclose(drawn.T @ drawn / len(drawn), expected, atol=0.11)
 
 
+@pytest.mark.slow
 def test_a_simulation_that_is_not_asked_for_is_left_out():
     """Readings and slopes of the kinds asked for are what they are without the question."""
     local, programs = fitted(campaign(306))
@@ -383,6 +383,7 @@ def test_where_no_formula_fits_there_is_none():
     assert simplest(place, np.exp(-(((place - 1.0) / 0.4) ** 2)), 25e-4 * np.eye(9), "v") is None
 
 
+@pytest.mark.slow
 def test_a_change_that_no_sample_feels_has_a_place_all_the_same():
     """Samples without curvature (weight 0, or a reading at its end) do not upset the search."""
     local, _ = fitted(campaign(305))

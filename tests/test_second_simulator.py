@@ -158,7 +158,7 @@ def test_a_resonant_mounting_rings_at_its_frequency():
 
 
 @pytest.mark.parametrize("population", sorted(POPULATIONS))
-@pytest.mark.slow
+@pytest.mark.long
 def test_every_population_gives_records_that_its_spec_reads(population: str, tmp_path: Path):
     spec = load_spec(campaign(population, 2, tmp_path))
     assert spec.simulated
