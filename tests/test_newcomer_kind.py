@@ -31,7 +31,6 @@ import sys
 from rigid.io.runtime import prepare
 prepare()
 import numpy as np
-import pytest
 from pathlib import Path
 from rigid.io.errors import InputError
 from rigid.kinds import KINDS

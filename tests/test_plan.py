@@ -16,7 +16,7 @@ from rigid.io.errors import InputError
 from rigid.likelihood.problem import Problem
 from rigid.planning import ranking
 from rigid.planning.change import Change, anew, as_taken, changed, own, placed, stated
-from rigid.planning.information import added, sd, shift
+from rigid.planning.information import added, point, sd, shift
 from rigid.planning.limits import Beyond, beyond, limits_of
 from rigid.planning.quantity import quantity_of, slope, usual
 
@@ -119,6 +119,18 @@ def test_a_further_record_is_set_up_anew_and_is_otherwise_as_before(campaign):
     labels = [p.label for p, new in zip(problem.parameters.sampled, moved, strict=True) if new]
     assert sorted(labels) == ["preload[snap,left]", "release_time[snap,left]"]
     assert np.array_equal(anew(problem, Change("squeeze"), z, rng), z)
+
+
+def test_points_differ_in_the_preload_that_a_further_release_has(campaign):
+    """The greatest true reading goes with the preload, which is uncertain; of a frame it stays."""
+    problem, greatest = campaign.problem, {}
+    for name, quantity in (("snap", "acceleration"), ("squeeze", "load")):
+        new = changed(campaign.spec, campaign.records, problem, (Change(name),))
+        at = point(problem, np.zeros(problem.parameters.size))
+        told = [ranking._told(problem, new, Change(name), (1, i), at) for i in range(2)]
+        greatest[name] = [one.greatest[quantity] for one in told]
+    assert greatest["snap"][0] != pytest.approx(greatest["snap"][1], rel=1e-6)
+    assert greatest["squeeze"][0] == greatest["squeeze"][1]
 
 
 def with_plan(campaign, text: str):

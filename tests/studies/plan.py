@@ -3,10 +3,11 @@
     python tests/studies/plan.py --campaigns 50 --seed 48271 --part 0/2
 
 Campaigns are those that `rigid validate` draws of the priors of fits/calibration.toml. Each is
-fitted, and records that could be taken are ranked for |mu| at 80 Hz and k_LC. The first and one
-drawn by chance are then taken: simulated at the truth, with a preload and an instant of their own,
-put beside the campaign and fitted with it. Rows: the standard deviations before and after, and the
-factors that were expected. Resumable; OUT.K.jsonl; OUT.md from all parts.
+fitted from its truth on, and records that could be taken are ranked for |mu| at 80 Hz and k_LC. The
+first and one drawn by chance are then taken: simulated at the truth, with a preload and an instant
+of their own, put beside the campaign and fitted with it. Rows: the
+standard deviations before and after, and the factors that were expected. Resumable; OUT.K.jsonl;
+OUT.md from all parts.
 """
 
 import argparse

@@ -28,7 +28,8 @@ NOTES = (
     "A spec names other records, their costs, and limits under [plan]; records are ranked by the "
     "logarithm of the factor over the cost. The first three were weighed anew at other points, so "
     "that the first does not promise what chance gave it, and each where a fit with it may come to "
-    "lie: the brackets of these three hold what would be found in nine cases of ten.",
+    "lie: if the model is right, the brackets of these three hold what would be found in nine "
+    "cases of ten.",
 )
 """How to read the tables."""
 

@@ -25,7 +25,7 @@ def drawn(content: FoundContent) -> Iterator[Drawn]:
         "expected",
         _figure(records, names, content.simulated),
         "Standard deviation with one such record over that without, by quantity; bars go from "
-        "5 to 95 % of the posterior. The best records stand at the top.",
+        "5 to 95 %. The best records stand at the top.",
         f"Expected factor of the standard deviation by record, for {', '.join(names)}",
         _numbers(records, names),
     )
@@ -63,5 +63,5 @@ def _figure(records: Sequence[dict[str, Any]], names: Sequence[str], simulated: 
         what = f"of {names[0]} " if len(names) == 1 else ""
         axes.set_xlabel(f"standard deviation {what}with one such record, over that without")
         if len(names) > 1:
-            axes.legend(fontsize=7)
+            axes.legend(fontsize=7, loc="lower left")  # the best, far on the left, stand at the top
         return figure
