@@ -1,4 +1,8 @@
-"""How JAX is set up for every command: 64-bit floats, and compiled programs kept between runs."""
+"""How numerical libraries are set up for every command.
+
+JAX computes in 64-bit floats and keeps compiled programs between runs; linear algebra of NumPy and
+SciPy runs on one thread.
+"""
 
 import os
 from pathlib import Path
@@ -12,6 +16,9 @@ CACHE = "RIGID_CACHE"
 NEVER = ("0", "false", "off", "no", "f", "n")
 """Values of JAX_ENABLE_X64 with which JAX stays at 32 bits."""
 
+THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+"""Environment variables by which a user chooses the threads of linear algebra."""
+
 
 def cache_folder() -> Path | None:
     """Folder of compiled programs, or None where none are to be kept."""
@@ -23,10 +30,11 @@ def cache_folder() -> Path | None:
 
 
 def prepare() -> None:
-    """Set JAX up: 64-bit floats for the whole process, and a folder of compiled programs.
+    """Set up the whole process: 64-bit floats, a folder of programs, linear algebra on one thread.
 
     Call it before anything is compiled. Arrays that JAX made in 32 bits before stay as they are;
-    those of rigid are made afterwards. A folder that the user has chosen is kept.
+    those of rigid are made afterwards. A folder that the user has chosen is kept, and so is a
+    number of threads that stands in the environment.
 
     Raises EnvironmentFaultError where the environment holds JAX to 32 bits.
     """
@@ -40,12 +48,28 @@ def prepare() -> None:
     import jax
 
     jax.config.update("jax_enable_x64", True)
+    _one_thread()
     folder, chosen = cache_folder(), jax.config.values.get("jax_compilation_cache_dir")
     if folder is None or chosen is not None:
         return
     jax.config.update("jax_compilation_cache_dir", str(folder))
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.2)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", 0)
+
+
+def _one_thread() -> None:
+    """Hold linear algebra to one thread.
+
+    Matrices here are some thousand times some ten. Where cores are shared or virtual, threads of
+    OpenBLAS wait for each other: a product that takes 8 ms on one thread took 850 ms on two. Work
+    is spread over cores by JAX and by workers.
+    """
+    if any(os.environ.get(name) for name in THREADS):
+        return
+    import scipy.linalg  # SciPy brings a library of its own; only those loaded are held  # noqa: F401
+    from threadpoolctl import threadpool_limits
+
+    threadpool_limits(1, user_api="blas")
 
 
 def require_double() -> None:

@@ -1,0 +1,34 @@
+"""Threads of linear algebra: one, unless the user has chosen."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+from rigid.io.runtime import THREADS
+
+TOLD = """
+import json, rigid
+rigid.prepare()
+from threadpoolctl import threadpool_info
+print(json.dumps([one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"]))
+"""
+
+
+def _threads(**given: str) -> set[int]:
+    environment = {name: value for name, value in os.environ.items() if name not in THREADS}
+    done = subprocess.run(
+        [sys.executable, "-c", TOLD], env=environment | given, capture_output=True, check=True
+    )
+    return set(json.loads(done.stdout))
+
+
+def test_linear_algebra_runs_on_one_thread():
+    assert _threads() == {1}
+
+
+@pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="a machine of one core has one thread")
+def test_a_number_of_threads_that_the_user_chose_is_kept():
+    assert _threads(OPENBLAS_NUM_THREADS="2") == {2}
