@@ -32,7 +32,7 @@ def explaining(score: np.ndarray) -> Explaining:
     columns = np.kron(np.eye(CHANNELS), own)
     known = cho_factor(columns.T @ columns + np.eye(columns.shape[1]) / TRACE_SD**2)
     pull = np.zeros(columns.shape[1])
-    return Explaining(score, np.ones(len(score)), columns, pull, known)
+    return Explaining(score, np.ones(len(score)), (columns,), np.ones(len(pull)), pull, known)
 
 
 def times(explaining: Explaining, rows: list[np.ndarray], good: np.ndarray) -> list[float]:

@@ -25,12 +25,15 @@ KEPT = "discovery-traces"
 
 @dataclasses.dataclass(frozen=True)
 class Bench:
-    """What all steps share: programs, candidates, and what each would leave in the records."""
+    """What all steps share: programs, candidates, and what each would leave in the records.
+
+    - `signatures`: of all candidates, then of everything hidden (`bumps`, which has these too).
+    """
 
     programs: tuple[Family, ...]
     listed: tuple[Candidate, ...]
     bumps: Bumps
-    signatures: Float[np.ndarray, "n candidates"]
+    signatures: Float[np.ndarray, "n all"]
 
 
 def _top(fit: Fitted, effect: type[AbstractEffect]) -> float:
@@ -71,4 +74,6 @@ def laid_out(fit: Fitted, effects: Effects, shelf: Shelf) -> Bench:
 
     found, heard, bumps = shelf.once(KEPT, make, (Line, Bumps, *SORTS.values()))
     beats = tuple(heard[e.name].candidate(e, given) for e in beating if e.name in heard)
-    return Bench(fit.programs, spread + beats, bumps, found)
+    listed, columns = spread + beats, np.concatenate([found, bumps.columns], axis=1)
+    shared = dataclasses.replace(bumps, columns=columns[:, len(listed) :])
+    return Bench(fit.programs, listed, shared, columns)

@@ -191,8 +191,7 @@ def first_turn(
     base = refined(expanded(programs[0], begin))
     report("signatures of candidates")
     bench = laid_out(Fitted(base, programs), effects, running.shelf)
-    everything = np.concatenate([bench.signatures, bench.bumps.columns], axis=1)
-    base = refined(with_weights(base, facts(base, everything)))
+    base = refined(with_weights(base, facts(base, bench.signatures)))
     return Turn(Fitted(base, programs), bench, running)
 
 
@@ -209,9 +208,10 @@ def weigh(local: LocalFit, bench: Bench, seed: int) -> Explained:
         if not inside & {info.name for info in one.effect.parameters()}
     ]
     around = Around(local.terms.score, local.terms.curvature, local.design, local.gradient)
-    columns = np.concatenate([bench.signatures[:, kept], bench.bumps.columns], axis=1)
+    columns = np.array([*kept, *range(len(bench.listed), bench.signatures.shape[1])])
     listed = tuple(bench.listed[i] for i in kept)
-    return explain(listed, bench.bumps.target, screen(around, columns), seed)
+    found = screen(around, bench.signatures).only(columns)
+    return explain(listed, bench.bumps.target, found, seed)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -37,13 +37,15 @@ SETTLING = 100
 class Explaining:
     """Regression of all scores on parameters and signatures together.
 
-    - `score`, `curvature` (n,): of the fit. - `columns` (n, k), `gradient` (k,) of their priors,
-      `known`: Cholesky factor of their information.
+    - `score`, `curvature` (n,): of the fit. - `parts`: parameters and signatures, (n, some) each, k
+      in all. - `unit` (k,): what one of each is multiplied by. - `gradient` (k,) of their priors.
+    - `known`: Cholesky factor of their information, in these units.
     """
 
     score: np.ndarray
     curvature: np.ndarray
-    columns: np.ndarray
+    parts: tuple[np.ndarray, ...]
+    unit: np.ndarray
     gradient: np.ndarray
     known: tuple[np.ndarray, bool]
 
@@ -51,13 +53,15 @@ class Explaining:
     def by(cls, local: LocalFit, signatures: np.ndarray) -> "Explaining":
         """Lay out parameters and signatures (n, k) of a fit."""
         curvature, fitted = local.terms.curvature, len(local.w)
-        size = np.sqrt(np.einsum("nk,n,nk->k", signatures, curvature, signatures))
-        unit = np.where(size > 0.0, size, np.inf)  # what no sample shows explains nothing
-        columns = np.concatenate([local.design, signatures / unit], axis=1)
+        parts = (local.design, signatures)
+        both = gram(parts, curvature)
+        size = np.sqrt(np.maximum(np.diag(both)[fitted:], 0.0))
+        # what no sample shows explains nothing
+        unit = np.concatenate([np.ones(fitted), 1.0 / np.where(size > 0.0, size, np.inf)])
         spread = np.concatenate([np.ones(fitted), np.full(len(size), TRACE_SD)])
-        known = cho_factor(np.diag(spread**-2.0) + gram(columns, curvature))
+        known = cho_factor(np.diag(spread**-2.0) + both * np.outer(unit, unit))
         gradient = np.concatenate([-local.w, np.zeros(len(size))])
-        return cls(local.terms.score, curvature, columns, gradient, known)
+        return cls(local.terms.score, curvature, parts, unit, gradient, known)
 
     @property
     def left(self) -> np.ndarray:
@@ -69,8 +73,12 @@ class Explaining:
         return self._left(noise, np.zeros((len(self.gradient), 1)))
 
     def _left(self, scores: np.ndarray, gradient: np.ndarray) -> np.ndarray:
-        explained = self.columns @ cho_solve(self.known, self.columns.T @ scores + gradient)
-        return scores - self.curvature[:, None] * explained
+        unit = self.unit[:, None]
+        slope = unit * np.concatenate([part.T @ scores for part in self.parts])
+        amplitudes = unit * cho_solve(self.known, slope + gradient)
+        ends = np.cumsum([part.shape[1] for part in self.parts])[:-1]
+        each = zip(self.parts, np.split(amplitudes, ends), strict=True)
+        return scores - self.curvature[:, None] * sum(part @ mine for part, mine in each)
 
 
 def noise_laws(

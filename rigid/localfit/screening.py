@@ -1,5 +1,6 @@
 """Score tests of all candidates at once, once all else has absorbed what it can."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -63,14 +64,19 @@ ROWS = 1024
 there."""
 
 
-def gram(columns: np.ndarray, curvature: np.ndarray) -> np.ndarray:
-    """Products of columns (n, k) with each other, samples weighted by `curvature` (n,): (k, k)."""
-    out = np.zeros((columns.shape[1],) * 2)
-    for begin in range(0, len(columns), ROWS):
-        here = columns[begin : begin + ROWS]
+def gram(parts: Sequence[np.ndarray], curvature: np.ndarray) -> np.ndarray:
+    """Products of columns with each other, samples weighted by `curvature` (n,): (k, k).
+
+    - `parts`: the columns, (n, some) each, k in all; they are put side by side a few samples at a
+      time, for all together take gigabytes.
+    """
+    out = np.zeros((sum(part.shape[1] for part in parts),) * 2)
+    for begin in range(0, len(curvature), ROWS):
+        rows = slice(begin, begin + ROWS)
+        here = np.concatenate([part[rows] for part in parts], axis=1)
         some = np.flatnonzero(here.any(axis=0))
-        part = here[:, some]
-        out[np.ix_(some, some)] += part.T @ (part * curvature[begin : begin + ROWS, None])
+        here = here[:, some]
+        out[np.ix_(some, some)] += here.T @ (here * curvature[rows, None])
     return out
 
 

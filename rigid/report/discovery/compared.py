@@ -40,8 +40,7 @@ class Compared(NamedTuple):
 
 def compared(outcome: Outcome, seed: int) -> Compared:
     """Compare records and predictions around the first fit and around the last."""
-    bench = outcome.bench
-    signatures = np.concatenate([bench.signatures, bench.bumps.columns], axis=1)
+    signatures = outcome.bench.signatures
     before = disagreements(outcome.base, signatures, seed)
     records = {t.label: (t.name, t.cylinder) for t in outcome.base.layout.problem.tracks}
     if outcome.final is outcome.base:
