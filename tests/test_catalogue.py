@@ -44,6 +44,11 @@ NAMES = {
     "clock-offset": "sensor",
     "constant-force": "plunger-momentum",
     "direction-dependent-viscosity": "plunger-momentum",
+    "shut-valve-leakage": "oil-balance",
+    "pressure-gauge-lag": "sensor",
+    "load-cell-creep": "sensor",
+    "temperature-drift": "sensor",
+    "accelerometer-resonance": "sensor",
 }
 PSI = 6894.757
 BARS = {"load": 29.5, "stroke": 2.2e-5, "pressure": 0.5 * PSI}  # tenths of the sensors' steps
@@ -97,6 +102,15 @@ SIGNATURES = {
         {"F_constant": 500.0}, "free-run", LAST, {"load": -1, "pressure": -1},
     ),
     "direction-dependent-viscosity": ({"mu_back": 5e4}, "free-run", LAST, {"pressure": -1}),
+    "shut-valve-leakage": (
+        {"C_valve": 2e-13}, "frame", LAST, {"load": -1, "stroke": -1, "pressure": -1},
+    ),
+    "pressure-gauge-lag": ({"tau_gauge": 0.02}, "frame", OPEN, {"pressure": -1}),
+    "load-cell-creep": ({"creep": 0.01, "tau_creep": 0.5}, "frame", LAST, {"load": 1}),
+    "temperature-drift": (
+        {"thermal_load": 400.0, "thermal_ratio": 200.0, "tau_thermal": 2.0}, "frame", LAST,
+        {"load": 1, "pressure": 1},
+    ),
 }  # fmt: skip
 IN_MOTION = {  # what moves otherwise, with whether the check against the reference is quick
     "return-spring": False,
@@ -110,6 +124,10 @@ IN_MOTION = {  # what moves otherwise, with whether the check against the refere
     "direction-dependent-viscosity": False,
     "pump-ripple": False,
     "valve-event": False,
+    "shut-valve-leakage": False,
+    "pressure-gauge-lag": False,
+    "load-cell-creep": False,
+    "temperature-drift": False,
 }
 
 

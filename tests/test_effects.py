@@ -73,8 +73,8 @@ def told(values, names, flat, outside=OUTSIDE) -> jnp.ndarray:
 
 
 def probes(values, effect: type[AbstractEffect]) -> tuple[jnp.ndarray, Surroundings]:
-    """States (n, probes), also where the pump switches and where the plunger creeps, and times of
-    an event."""
+    """States (n, probes), also where the pump switches and where the plunger creeps, times of an
+    event, and the valve open and shut."""
     begin = values.get("event_start", 1.0)
     times = (1.0, begin, begin + values.get("event_duration", 1.0))
     stage = values.get("p_stage")  # in the middle of a switch its width does not show
@@ -86,8 +86,10 @@ def probes(values, effect: type[AbstractEffect]) -> tuple[jnp.ndarray, Surroundi
         for flat in (one, one.at[1].set(one[3] - creep))
         for pressure in pressures
     ]
-    stacked = jnp.stack(flats * len(times), axis=1)
-    return stacked, OUTSIDE._replace(time=jnp.repeat(jnp.asarray(times), len(flats)))
+    stacked = jnp.stack(flats * len(times) * 2, axis=1)
+    when = jnp.tile(jnp.repeat(jnp.asarray(times), len(flats)), 2)
+    passing = jnp.repeat(jnp.asarray([OUTSIDE.flow_fraction, 0.0]), len(flats) * len(times))
+    return stacked, OUTSIDE._replace(time=when, flow_fraction=passing)
 
 
 @pytest.mark.parametrize("name", ["pump-stage-switch", "pump-ripple"])

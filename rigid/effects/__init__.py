@@ -38,6 +38,11 @@ ORDER = (
     "clock-offset",
     "constant-force",
     "direction-dependent-viscosity",
+    "shut-valve-leakage",
+    "pressure-gauge-lag",
+    "load-cell-creep",
+    "temperature-drift",
+    "accelerometer-resonance",
 )
 """In which the catalogue lists what came with it; other effects follow by name."""
 

@@ -104,13 +104,15 @@ class Seen(NamedTuple):
     """What the whole rig does at an instant; sensors and the root answer to it.
 
     - `state`; `own`: the effect's own states. - `load` [N]: in the load-cell end.
-    - `inflow` [m^3/s]: oil through the hose into the chamber.
+    - `inflow` [m^3/s]: oil through the hose into the chamber. - `acceleration` [m/s^2]: of the
+      plate, where there is one.
     """
 
     state: State
     own: tuple[Array, ...]
     load: Array | float
     inflow: Array | float
+    acceleration: Array | float = 0.0
 
 
 class Distortion(NamedTuple):

@@ -139,7 +139,7 @@ class Rig(eqx.Module):
             (between + external) / self.plunger_mass,
             (filling - self.area * state.slip) / compliance,
         )
-        seen = [Seen(state, own, load, inflow) for own in self.own(flat)]
+        seen = [Seen(state, own, load, inflow, rates[3]) for own in self.own(flat)]
         told = list(zip(self.effects, actions, seen, strict=True))
         distortions = [effect.sense(s) for effect, _, s in told]
         return Motion(

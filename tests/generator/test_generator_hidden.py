@@ -50,7 +50,7 @@ def held(truth: Truth, hidden: Hidden) -> tuple[float, float]:
 
 
 def test_every_effect_that_can_be_missing_can_be_hidden():
-    assert len(CATALOGUED) == 21
+    assert len(CATALOGUED) == 26
     assert len(OUTSIDE) >= 5
     assert not set(CATALOGUED) & set(OUTSIDE)
 
@@ -330,14 +330,62 @@ def test_outside_readings_do_what_they_say(truth):
     plain, read = pair(truth, FREE, cause("stroke-wave", 3e-5, period=3e-3))
     wave = 3e-5 * np.sin(2 * np.pi * plain["stroke"] / 3e-3)
     np.testing.assert_allclose(read["stroke"] - plain["stroke"], wave, atol=1e-11)
-    plain, read = pair(truth, FRAME, cause("load-cell-creep", 0.01, lasting=0.5))
-    times = sampling_times(FRAME)
+
+
+def late(series: np.ndarray, times: np.ndarray, lasting: float) -> np.ndarray:
+    """A series (n,) through a low pass, by the midpoint rule: at 100 Hz good to a part in 1e3."""
     lagged = np.zeros(times.size)
-    for i, step in enumerate(np.diff(times)):  # midpoint rule at 100 Hz, good to a part in 1e3
-        middle = (plain["load"][i] + plain["load"][i + 1]) / 2
-        lagged[i + 1] = lagged[i] + step * (middle - lagged[i]) / (0.5 + step / 2)
-    crept = read["load"] - plain["load"]
+    for i, step in enumerate(np.diff(times)):
+        middle = (series[i] + series[i + 1]) / 2
+        lagged[i + 1] = lagged[i] + step * (middle - lagged[i]) / (lasting + step / 2)
+    return lagged
+
+
+def test_a_creeping_cell_reads_a_share_late(truth):
+    plain, read = pair(truth, FRAME, cause("load-cell-creep", 0.01, lasting=0.5))
+    times, crept = sampling_times(FRAME), read["load"] - plain["load"]
+    lagged = 0.7 * late(plain["load"], times, 0.5) + 0.3 * late(plain["load"], times, 0.5 / 6.0)
     np.testing.assert_allclose(crept, 0.01 * lagged, atol=0.01 * 0.01 * plain["load"].max())
+
+
+def test_a_late_gauge_is_two_low_passes(truth):
+    plain, read = pair(truth, FRAME, cause("pressure-gauge-lag", 0.2))
+    times = sampling_times(FRAME)
+    lagged = late(late(plain["pressure"], times, 0.1), times, 0.1)
+    np.testing.assert_allclose(read["pressure"], lagged, atol=0.01 * plain["pressure"].max())
+    np.testing.assert_allclose(read["load"], plain["load"], rtol=1e-6, atol=1e-3)
+
+
+def test_sensors_warm_up_together(truth):
+    one = cause("temperature-drift", 50.0, sign=-1, ratio=200.0, lasting=3.0)
+    plain, read = pair(truth, FREE, one)
+    times = sampling_times(FREE)
+    moved = -50.0 * times / (times + 3.0)
+    np.testing.assert_allclose(read["load"] - plain["load"], moved, atol=1e-6)
+    np.testing.assert_allclose(read["pressure"] - plain["pressure"], 200.0 * moved, atol=1e-3)
+
+
+def test_a_shut_valve_leaks_where_nothing_comes_in(truth):
+    one = cause("shut-valve-leakage", 1e-14)
+    (leak,) = one.pieces(truth.rig, FRAME)
+    passing = [leak.during(*when).act(0.0, Motion(0, 0, 0, 0, 300e5), []).loss
+               for when in ((0.0, 0.7), (0.7, 1.1))]  # fmt: skip
+    assert passing == pytest.approx([0.0, 1e-14 * 300e5 / 2.0])
+    plain, less = pair(truth, FRAME, one)
+    np.testing.assert_allclose(less["pressure"][:69], plain["pressure"][:69], rtol=1e-9, atol=1.0)
+    assert less["pressure"][108] < plain["pressure"][108]
+
+
+def test_a_mounting_swings_at_its_frequency(truth):
+    one = cause("accelerometer-resonance", 1.0, frequency=300.0, damping=0.02)
+    for turn, states in ((300.0, slice(0, 2)), (600.0, slice(2, 4))):
+        own = [0.0] * 4
+        own[states] = [1.0, 0.0]
+        rates = one.act(0.0, Motion(0, 0, 0, 0, 0), own).rates
+        assert rates[states][1] == pytest.approx(-((2.0 * pi * turn) ** 2))
+    plain, read = pair(truth, RELEASE, one)
+    change = (read["acceleration"] - plain["acceleration"])[-64:]
+    assert np.abs(change).max() > 0.05 * np.abs(plain["acceleration"]).max()
 
 
 def test_a_dribbling_valve_passes_its_volume(truth):

@@ -54,6 +54,7 @@ class ShutValveLeak(Cause):
     """A shut valve that lets oil back: only where nothing is pumped."""
 
     rate: float
+    nearest = "shut-valve-leakage"
 
     def act(self, now, own):
         return Push(loss=self.rate * now.p if now.inflow == 0.0 else 0.0)
@@ -197,7 +198,11 @@ class Lag(Cause):
 
     @property
     def nearest(self):
-        return "stroke-sensor-lag" if self.channel == "stroke" else None
+        return {
+            "stroke": "stroke-sensor-lag",
+            "pressure": "pressure-gauge-lag",
+            "acceleration": "accelerometer-resonance",
+        }[self.channel]
 
     @property
     def scales(self):
@@ -225,6 +230,7 @@ class CreepingCell(Cause):
     share: float
     tau: float
     states = 1
+    nearest = "load-cell-creep"
 
     @property
     def scales(self):
@@ -263,6 +269,7 @@ class Warming(Cause):
     force: float
     pressure: float
     tau: float
+    nearest = "temperature-drift"
 
     def read(self, values, now, own):
         grown = 1.0 - exp(-now.t / self.tau)

@@ -95,13 +95,16 @@ CATALOGUED: dict[str, tuple[str, Draw]] = {
     "stroke-lag": ("stroke-sensor-lag", lambda r: c.Lag("stroke", _about(r, 0.03))),
     "drift": ("load-cell-drift", _drift),
     "return": ("return-spring", lambda r: c.Standing(_about(r, 1500.0))),
+    "mounting-resonance": (
+        "accelerometer-resonance",
+        lambda r: c.Lag("acceleration", _about(r, 6e-4), 0.1),
+    ),
+    "creeping-cell": ("load-cell-creep", lambda r: c.CreepingCell(_about(r, 0.01), _about(r, 2.0))),
+    "shut-valve-leak": ("shut-valve-leakage", lambda r: c.ShutValveLeak(_about(r, 2e-13))),
+    "lagging-gauge": ("pressure-gauge-lag", lambda r: c.Lag("pressure", _about(r, 0.03))),
+    "warming": ("temperature-drift", lambda r: c.Warming(_about(r, 800.0), _about(r, 1e5), 4.0)),
 }
 OUTSIDE: dict[str, Draw] = {
-    "mounting-resonance": lambda r: c.Lag("acceleration", _about(r, 6e-4), 0.1),
-    "creeping-cell": lambda r: c.CreepingCell(_about(r, 0.01), _about(r, 2.0)),
-    "shut-valve-leak": lambda r: c.ShutValveLeak(_about(r, 2e-13)),
-    "lagging-gauge": lambda r: c.Lag("pressure", _about(r, 0.03)),
-    "warming": lambda r: c.Warming(_about(r, 800.0), _about(r, 1e5), 4.0),
     "square-friction": lambda r: c.Cubic(_about(r, 3e8)),
     "tight-place": lambda r: c.StrokeBump(_about(r, 2500.0), float(r.uniform(0.01, 0.05)), 8e-3),
 }

@@ -11,7 +11,14 @@ import numpy as np
 from rigid.generator.core import Run
 from rigid.generator.hidden.base import Hidden
 from rigid.generator.hidden.dry import Coulomb, LuGre, PressureDependent, Stribeck
-from rigid.generator.hidden.flow import PumpSlip, Ripple, StageSwitch, ValveDribble, ValveEvent
+from rigid.generator.hidden.flow import (
+    PumpSlip,
+    Ripple,
+    ShutLeakage,
+    StageSwitch,
+    ValveDribble,
+    ValveEvent,
+)
 from rigid.generator.hidden.forces import (
     BackwardViscosity,
     ConstantForce,
@@ -23,11 +30,14 @@ from rigid.generator.hidden.oil import Air, EffectiveArea, Leakage, OilStiffenin
 from rigid.generator.hidden.sensing import (
     ClockOffset,
     GaugeJump,
+    GaugeLag,
     HoseDrop,
     LoadCreep,
     LoadDrift,
+    Mounting,
     StrokeLag,
     StrokeWave,
+    Warming,
 )
 from rigid.generator.hidden.structure import GuideDrag, RootPlate, Slack, Stiffening
 
@@ -41,10 +51,10 @@ CATALOGUED = _by_name(
     *(EffectiveArea, Leakage, Air, HoseDrop, StageSwitch, Ripple, ValveEvent),
     *(Stiffening, RootPlate, Slack, StrokeLag, LoadDrift, ClockOffset),
     *(ConstantForce, BackwardViscosity),
+    *(ShutLeakage, GaugeLag, LoadCreep, Warming, Mounting),
 )
 OUTSIDE = _by_name(
-    *(RoughBore, GuideDrag, OilStiffening, PumpSlip, ValveDribble, GaugeJump),
-    *(StrokeWave, LoadCreep),
+    *(RoughBore, GuideDrag, OilStiffening, PumpSlip, ValveDribble, GaugeJump, StrokeWave),
 )
 HIDDEN = CATALOGUED | OUTSIDE
 

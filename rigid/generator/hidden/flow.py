@@ -4,7 +4,7 @@ from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from math import erf, exp, pi, sin
+from math import erf, exp, pi, sin, sqrt
 from typing import no_type_check
 from zlib import crc32
 
@@ -26,6 +26,7 @@ from rigid.generator.pieces import Pump, pump_flow
 FAST_LESS_SLOW = 2 * 4.965 * LITRE_PER_MINUTE  # eq. (22)
 STAGE_WIDTH = 15.0 * BAR
 HARMONIC = 0.3
+TURBULENT = 100.0 * BAR  # above which a leak goes with the root of the pressure
 
 
 @dataclass(frozen=True)
@@ -180,3 +181,34 @@ class ValveDribble(Hidden):
     def flow(self, fraction: float, t: float, p: float) -> float:
         """What is left at a time after the valve was shut."""
         return fraction * pump_flow(p) * (self.amplitude * exp(-t / self.lasting))
+
+
+@dataclass(frozen=True)
+class Back(Pump):
+    """Oil that flows back through a shut valve: `flow` [m^3/s] at a pressure [Pa]."""
+
+    flow: Callable[[float], float]
+
+    @no_type_check  # see Plant.rates
+    def act(self, t: float, motion: Motion, own: list[float]) -> Action:
+        """Let oil out where the valve passes nothing in."""
+        return Action(loss=self.fractions[0] * self.flow(motion.p))
+
+
+@cause(
+    "shut-valve-leakage", "oil-balance", 7e-17,
+    "q = C p/(1 + |p|/100 bar)^(1/2) where the valve passes nothing in",
+)  # fmt: skip
+@dataclass(frozen=True)
+class ShutLeakage(Hidden):
+    """A shut valve lets oil back, [m^3/(s Pa)] at low pressure, turbulent at high pressure."""
+
+    def pieces(self, rig: Rig, run: Run) -> tuple[Piece, ...]:
+        """Leak wherever the valve is not open."""
+        shut = tuple(0.0 if s.position == "open" else 1.0 for s in run.valve)
+        return (Back(tuple(s.until for s in run.valve), shut, self.flow),)
+
+    @no_type_check
+    def flow(self, p: float) -> float:
+        """Give what flows back."""
+        return self.amplitude * p / sqrt(1.0 + abs(p) / TURBULENT)

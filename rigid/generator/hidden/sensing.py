@@ -20,6 +20,8 @@ from rigid.generator.hidden.base import (
 )
 
 TURBULENT = 10.0 * LITRE_PER_MINUTE  # flow at which the fittings take as much as the hose
+QUICKER = 6.0  # of a load cell's second relaxation
+IN_LENGTHS = 1e10  # Pa that count as a metre where a solver's tolerance is one of lengths
 
 
 @cause("hose-pressure-drop", "sensor", 3.5e8, "the gauge reads p + R q (1 + |q|/(10 l/min))", SLOW)
@@ -122,22 +124,110 @@ class StrokeWave(Hidden):
         return self.amplitude * np.sin(2 * np.pi * stroke / self.period)
 
 
-@cause("load-cell-creep", "sensor", 3.5e-4, "the cell reads F + a G, T G' = F - G", SLOW)
+@cause(
+    "load-cell-creep", "sensor", 4.5e-4,
+    "the cell reads F + a (0.7 G + 0.3 H), T G' = F - G, (T/6) H' = F - H", SLOW,
+)  # fmt: skip
 @dataclass(frozen=True)
 class LoadCreep(Hidden):
-    """The load cell creeps: it reads this share of the load more, once `lasting` [s] have gone."""
+    """The load cell creeps: a share of the load comes late, most of it after `lasting` [s]."""
 
     lasting: float = spread(3.0)
     k_LC: float = of_rig("k_LC")
 
-    states = 1
+    states = 2
     channel = "load"
 
     @no_type_check  # see Plant.rates
     def act(self, t: float, motion: Motion, own: list[float]) -> Action:
         """Follow the cylinder's place, which is the load over the stiffness."""
-        return Action(rates=((motion.x_hc - own[0]) / self.lasting,))
+        slow, quick = own
+        x_hc, time = motion.x_hc, self.lasting
+        return Action(rates=((x_hc - slow) / time, QUICKER * (x_hc - quick) / time))
 
     def error(self, seen: Seen) -> np.ndarray:
         """Give what has crept."""
-        return -(self.amplitude * self.k_LC * seen.own[0])
+        return -(self.amplitude * self.k_LC * (0.7 * seen.own[0] + 0.3 * seen.own[1]))
+
+
+@cause(
+    "pressure-gauge-lag", "sensor", 2.8e-4,
+    "the gauge reads the pressure through 1/(1 + i w tau/2)^2", SLOW,
+)  # fmt: skip
+@dataclass(frozen=True)
+class GaugeLag(Hidden):
+    """The pressure is read through two equal low passes whose times [s] add up to this."""
+
+    states = 2
+    channel = "pressure"
+
+    @no_type_check  # see Plant.rates
+    def act(self, t: float, motion: Motion, own: list[float]) -> Action:
+        """Follow the pressure, one filter after the other; in 10 GPa, as own states are lengths."""
+        time = self.amplitude / 2.0
+        pressure = motion.p / IN_LENGTHS
+        return Action(rates=((pressure - own[0]) / time, (own[0] - own[1]) / time))
+
+    def error(self, seen: Seen) -> np.ndarray:
+        """What the second filter is behind."""
+        return IN_LENGTHS * seen.own[1] - seen.motion.p
+
+
+@cause(
+    "temperature-drift", "sensor", 40.0,
+    "load and pressure are read with +-A t/(t + T) and r times that beside them", SLOW,
+)  # fmt: skip
+@dataclass(frozen=True)
+class Warming(Hidden):
+    """Load cell and gauge warm up; the load's zero ends this [N] off, half of it after `lasting`.
+
+    - ratio [Pa/N]: of the gauge's drift to the load cell's
+    """
+
+    sign: int = either()
+    ratio: float = spread(200.0)
+    lasting: float = spread(5.0)
+
+    def read(self, seen: Seen, readings: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Move both zeros."""
+        moved = self.sign * self.amplitude * seen.times / (seen.times + self.lasting)
+        return readings | {
+            "load": readings["load"] + moved,
+            "pressure": readings["pressure"] + self.ratio * moved,
+        }
+
+
+@cause(
+    "accelerometer-resonance", "sensor", 0.05,
+    "a share s of a is read through 0.8/(1 + 2 i z w/w_m - (w/w_m)^2) and 0.2 of that at 2 w_m",
+    ("release",),
+)  # fmt: skip
+@dataclass(frozen=True)
+class Mounting(Hidden):
+    """A share of the acceleration is read through a mounting that swings, in two modes.
+
+    - frequency [Hz]: of the lower one; damping: ratio to the critical one, of both
+    """
+
+    frequency: float = spread(400.0, 1.5)
+    damping: float = spread(0.06)
+
+    states = 4
+
+    @no_type_check  # see Plant.rates
+    def act(self, t: float, motion: Motion, own: list[float]) -> Action:
+        """Follow the plate's speed, twice; own states are a speed and its rate for each mode."""
+        rates = []
+        for turn, (speed, rate) in zip(self._turns, (own[:2], own[2:]), strict=True):
+            rates += [rate, turn * (turn * (motion.v_pl - speed) - 2.0 * self.damping * rate)]
+        return Action(rates=tuple(rates))
+
+    @property
+    def _turns(self) -> tuple[float, float]:
+        return 2.0 * np.pi * self.frequency, 4.0 * np.pi * self.frequency
+
+    def read(self, seen: Seen, readings: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Read a share of both modes' rates of the speed in place of the plate's acceleration."""
+        through = 0.8 * seen.own[1] + 0.2 * seen.own[3]
+        direct = readings["acceleration"]
+        return readings | {"acceleration": direct + self.amplitude * (through - direct)}
