@@ -6,7 +6,8 @@ import pytest
 from scipy import stats
 from scipy.signal import lfilter
 
-from rigid.likelihood.correlation import Autoregression, autocovariance, autoregression
+from rigid.likelihood.correlation import ahead, autocovariance, noise_law
+from rigid.likelihood.noise_spectrum import NoiseLaw
 from rigid.likelihood.quantisation import interval
 
 ALL = np.ones(1200, dtype=bool)
@@ -20,7 +21,7 @@ def ar1(rng: np.random.Generator, rho: float, shape: tuple[int, int]) -> np.ndar
 
 def test_white_series_are_white():
     series = np.random.default_rng(31).standard_normal((300, 1200))
-    found = [autoregression(s, ALL) for s in series]
+    found = [noise_law(s, ALL) for s in series]
     plain = [f for f in found if f.time == 1.0 and len(f.coefficients) == 0]
     # BIC takes one order too many with the chance of chi^2_1 > log 1200: 0.8 %, and each of 8
     # orders has its own, smaller one.
@@ -30,7 +31,7 @@ def test_white_series_are_white():
 
 def test_correlated_series_have_their_time():
     rng, rho = np.random.default_rng(32), 0.8
-    found = [autoregression(s, ALL).time for s in ar1(rng, rho, (300, 1200))]
+    found = [noise_law(s, ALL).time for s in ar1(rng, rho, (300, 1200))]
     expected = (1 + rho) / (1 - rho)
     # d log tau / d rho = 2/(1 - rho^2), sd of rho sqrt((1 - rho^2)/n); bias of order 1/n.
     scatter = 2 / (1 - rho**2) * np.sqrt((1 - rho**2) / 1200) * expected
@@ -41,9 +42,9 @@ def test_correlated_series_have_their_time():
 def test_one_step_ahead_residuals_are_white():
     rng = np.random.default_rng(33)
     series = ar1(rng, 0.8, (1, 4000))[0]
-    fit = autoregression(series, np.ones(4000, dtype=bool))
-    ahead = fit.ahead(series, np.ones(4000, dtype=bool))
-    covariance = autocovariance(ahead, np.ones(4000, dtype=bool), 5)
+    fit = noise_law(series, np.ones(4000, dtype=bool))
+    next_ = ahead(fit, series, np.ones(4000, dtype=bool))
+    covariance = autocovariance(next_, np.ones(4000, dtype=bool), 5)
     assert np.abs(covariance[1:] / covariance[0]).max() < 4 / np.sqrt(4000)
 
 
@@ -52,22 +53,22 @@ def test_gaps_are_left_out():
     series = ar1(rng, 0.5, (1, 3000))[0]
     valid = rng.random(3000) > 0.02
     holed = np.where(valid, series, 1e6)
-    fit = autoregression(holed, valid)
+    fit = noise_law(holed, valid)
     # One pair in 50 is missing from every lag: the time falls short by as many percent.
     assert fit.time == pytest.approx(3.0, rel=0.25)
-    assert np.all(np.isnan(fit.ahead(holed, valid)[~valid]))
+    assert np.all(np.isnan(ahead(fit, holed, valid)[~valid]))
 
 
 def test_short_and_constant_series_are_left_alone():
-    assert autoregression(np.ones(10), np.ones(10, dtype=bool)).time == 1.0
-    assert autoregression(np.zeros(100), np.ones(100, dtype=bool)).time == 1.0
+    assert noise_law(np.ones(10), np.ones(10, dtype=bool)).time == 1.0
+    assert noise_law(np.zeros(100), np.ones(100, dtype=bool)).time == 1.0
 
 
 def test_a_trend_still_counts_as_something():
     trend = np.linspace(-1, 1, 2000)
-    found = autoregression(trend, np.ones(2000, dtype=bool))
+    found = noise_law(trend, np.ones(2000, dtype=bool))
     assert 50 < found.time <= 500
-    assert isinstance(found, Autoregression)
+    assert isinstance(found, NoiseLaw)
 
 
 def test_intervals_of_a_mean_cover_with_tempering_and_not_without():
@@ -80,7 +81,7 @@ def test_intervals_of_a_mean_cover_with_tempering_and_not_without():
         point = interval(jnp.asarray(data - mean[:, None]), jnp.asarray(sigma), 1.0)
         slope, bend = np.asarray(point.slope), -np.asarray(point.curvature).sum(axis=1)
         mean = mean + slope.sum(axis=1) / bend
-    time = np.array([autoregression(s, ALL).time for s in slope])
+    time = np.array([noise_law(s, ALL).time for s in slope])
     pull = (mean - true) * np.sqrt(bend)
     covered = np.abs(pull / np.sqrt(time)) < stats.norm.ppf(0.95)
     untempered = np.abs(pull) < stats.norm.ppf(0.95)

@@ -29,6 +29,7 @@ from rigid.localfit.families import Family, families, quiet_values, sweep
 from rigid.localfit.hidden_inputs import HiddenDrag
 from rigid.localfit.hypothesis import Hypothesis, start, widened
 from rigid.localfit.leave_one_out import Judged, held_out_gap, left_out, units
+from rigid.localfit.leftover import Traces
 from rigid.localfit.local import LocalFit, with_weights
 from rigid.localfit.samples import lay_out
 from rigid.localfit.screening import Around, Screening, gram, screen
@@ -184,7 +185,7 @@ def test_leaving_records_out_adds_up_to_the_evidence_of_independent_ones():
 @pytest.mark.slow
 def test_a_spike_does_not_count_and_correlated_noise_counts_less():
     local, programs = fitted(campaign(304))
-    columns = signatures(local, programs, candidates(CHOICE, 1))
+    columns = Traces.of(signatures(local, programs, candidates(CHOICE, 1)))
     clean = facts(local, columns)
     residual = local.residual.copy()
     rows = np.flatnonzero(local.layout.channel == 0)

@@ -13,6 +13,7 @@ from rigid.inference.search import search
 from rigid.likelihood.set_aside import Readings, beyond, listed, readings_of, spikes
 from rigid.localfit.ascent import refined
 from rigid.localfit.leave_one_out import gap
+from rigid.localfit.leftover import Traces
 from rigid.localfit.local import LocalFit, with_weights
 from rigid.localfit.samples import aside_of, data_of, lay_out
 from rigid.localfit.weights import facts
@@ -105,7 +106,9 @@ def test_fit_laws_and_discover_have_one_gap():
     found = search(problem, 2, 1)
     fit = overall_gap(channels(found, found.optima[0].z[None], 1))
     local = fitted(problem)[0]
-    refitted = refined(with_weights(local, facts(local, np.zeros((local.residual.size, 0)))))
+    refitted = refined(
+        with_weights(local, facts(local, Traces.of(np.zeros((local.residual.size, 0)))))
+    )
     assert abs(gap(refitted) - fit) < 1e-3
     assert abs(fit - 1.0) < 0.1
     assert gap(local) > 1.4

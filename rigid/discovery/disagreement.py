@@ -13,8 +13,8 @@ from jaxtyping import Float
 from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import norm
 
-from rigid.likelihood.correlation import Autoregression
-from rigid.localfit.leftover import SETTLING, Explaining, coloured, noise_laws
+from rigid.likelihood.noise_spectrum import NoiseLaw
+from rigid.localfit.leftover import Traces, coloured, noise_laws, settling
 from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import ChannelKey
 
@@ -64,17 +64,14 @@ class Look(NamedTuple):
     where: tuple[float, float]
 
 
-def disagreements(
-    local: LocalFit, signatures: Float[np.ndarray, "n k"], seed: int
-) -> tuple[Disagreement, ...]:
+def disagreements(local: LocalFit, traces: Traces, seed: int) -> tuple[Disagreement, ...]:
     """Compare every channel with what is expected of it, the surest disagreement first.
 
-    - `local`: a fit. - `signatures`: of all that may be missing, so that none of it is taken
-      for noise.
+    - `local`: a fit. - `traces`: of all that may be missing, so that none of it is taken for noise.
     """
     layout = local.layout
     channels = layout.channels
-    campaigns = _Campaigns.of(local, signatures, seed)
+    campaigns = _Campaigns.of(local, traces, seed)
     pools = {q: Pool() for q in dict.fromkeys(c.quantity for c in channels)}
     names, found = [], []
     for number, channel in enumerate(channels):
@@ -238,16 +235,16 @@ class _Campaigns(NamedTuple):
     """
 
     local: LocalFit
-    laws: list[Autoregression]
+    laws: list[NoiseLaw]
     seed: int
     coefficients: np.ndarray
 
     @classmethod
-    def of(cls, local: LocalFit, signatures: np.ndarray, seed: int) -> "_Campaigns":
+    def of(cls, local: LocalFit, traces: Traces, seed: int) -> "_Campaigns":
         """Draw campaigns, and fit them to first order."""
         layout = local.layout
         rows = [layout.channel == number for number in range(len(layout.channels))]
-        laws = noise_laws(Explaining.by(local, signatures), rows, layout.weight > 0.0)
+        laws = noise_laws(local, traces, layout.weight > 0.0)
         # Where the truth lies in the prior is drawn, too: the fit is pulled off it by its prior.
         rng = np.random.default_rng([seed, 8])
         gradient = -rng.standard_normal((len(local.w), DRAWS))
@@ -260,7 +257,8 @@ class _Campaigns(NamedTuple):
         """Scores of a channel's noise (samples of it, DRAWS)."""
         mine = self.local.layout.channel == number
         rng = np.random.default_rng([self.seed, 8, number])
-        noise = coloured(self.laws[number], rng.standard_normal((SETTLING + mine.sum(), DRAWS)))
+        law = self.laws[number]
+        noise = coloured(law, rng.standard_normal((settling(law) + mine.sum(), DRAWS)))
         # A rounded reading says most where the truth is about to turn over to the next step.
         curvature = np.maximum(self.local.terms.curvature[mine], 0.0)
         usual = float(curvature.sum()) / max(np.count_nonzero(curvature), 1)

@@ -15,6 +15,7 @@ from rigid.effects.placed import origin
 from rigid.io.cache import Shelf
 from rigid.localfit.candidates import EVENT, Candidate, candidates, events, onsets
 from rigid.localfit.families import Effects, Family, read
+from rigid.localfit.leftover import Traces
 from rigid.localfit.signature import lanes_of, signatures
 
 SHAPES = 4
@@ -34,6 +35,12 @@ class Bench:
     listed: tuple[Candidate, ...]
     bumps: Bumps
     signatures: Float[np.ndarray, "n all"]
+
+    @property
+    def traces(self) -> Traces:
+        """Signatures, and which of them slow noise of one sensor looks like."""
+        wandering = [*([False] * len(self.listed)), *(t.wanders for t in self.bumps.target)]
+        return Traces(self.signatures, np.array(wandering, dtype=bool))
 
 
 def _top(fit: Fitted, effect: type[AbstractEffect]) -> float:

@@ -191,7 +191,7 @@ def first_turn(
     base = refined(expanded(programs[0], begin))
     report("signatures of candidates")
     bench = laid_out(Fitted(base, programs), effects, running.shelf)
-    base = refined(with_weights(base, facts(base, bench.signatures)))
+    base = refined(with_weights(base, facts(base, bench.traces)))
     return Turn(Fitted(base, programs), bench, running)
 
 

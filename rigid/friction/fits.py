@@ -21,6 +21,7 @@ from rigid.localfit.ascent import MOST_TURNS, descended, led, settled
 from rigid.localfit.expansion import Point, Program, expand
 from rigid.localfit.families import families
 from rigid.localfit.hypothesis import Hypothesis
+from rigid.localfit.leftover import Traces
 from rigid.localfit.local import LocalFit, with_weights
 from rigid.localfit.samples import Layout, Terms, lay_out
 from rigid.localfit.weights import facts
@@ -123,7 +124,8 @@ def fit_laws(asked: Asked, report: Report, shelf: Shelf = NOTHING_KEPT) -> Fitte
 
     def last_fits() -> dict[str, LocalFit]:
         report("fit all again")
-        weight = facts(max(fits.values(), key=lambda one: one.log_evidence), changes)
+        best = max(fits.values(), key=lambda one: one.log_evidence)
+        weight = facts(best, Traces.of(changes))
         out = {name: with_weights(one, weight) for name, one in fits.items()}
         for program, names, turns in (
             (viscous, (VISCOUS, MEMORY), MOST_TURNS),

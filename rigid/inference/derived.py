@@ -11,7 +11,7 @@ from jax import Array
 from rigid.inference.friction_curve import Friction, friction, in_rows, scopes
 from rigid.inference.search import Found
 from rigid.likelihood.channels import Piece
-from rigid.likelihood.correlation import autoregression
+from rigid.likelihood.correlation import ahead, noise_law
 from rigid.likelihood.parameters import Parameters
 from rigid.likelihood.problem import Problem, evaluate, in_batches, predict
 
@@ -140,7 +140,7 @@ def _channel(found: Found, piece: Piece, i: int, reading: np.ndarray, noise: tup
     if step > 0.0:
         replicates = np.round(replicates / step) * step
     raw = np.where(read, data - reading[0], 0.0) / piece.sheet.floor
-    ahead = autoregression(raw, read).ahead(raw, read)
+    next_ = ahead(noise_law(raw, read), raw, read)
     memory = found.correlation[piece.group, piece.quantity, piece.tracks[i]]
     return ChannelDraws(
         record=track.name,
@@ -151,9 +151,9 @@ def _channel(found: Found, piece: Piece, i: int, reading: np.ndarray, noise: tup
         data=np.where(read, data, np.nan),
         quantiles=np.percentile(reading, LEVELS, axis=0),
         replicates=replicates.astype(np.float32),
-        residual=ahead,
-        gap=float(np.sqrt(np.nanmean(ahead**2))),
-        correlation_time=memory.time * track.interval if len(memory.coefficients) else 0.0,
+        residual=next_,
+        gap=float(np.sqrt(np.nanmean(next_**2))),
+        correlation_time=memory.time * track.interval if memory.time > 1.0 else 0.0,
     )
 
 

@@ -7,7 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from rigid.likelihood.correlation import Autoregression, autoregression
+from rigid.likelihood.correlation import noise_law
+from rigid.likelihood.noise_spectrum import NoiseLaw
 from rigid.likelihood.problem import Problem, evaluate, in_batches, predict
 
 
@@ -46,22 +47,18 @@ def residuals(problem: Problem, z: np.ndarray) -> np.ndarray:
     return np.concatenate(out)
 
 
-def score_correlation(
-    problem: Problem, z: np.ndarray
-) -> dict[tuple[int, str, int], Autoregression]:
-    """Autoregression of the scores of every channel at z, by (group, quantity, track)."""
+def score_correlation(problem: Problem, z: np.ndarray) -> dict[tuple[int, str, int], NoiseLaw]:
+    """Law of the scores of every channel at z, by (group, quantity, track)."""
     out = {}
     for piece, score in zip(problem.pieces, scores(problem, z), strict=True):
         for i, track in enumerate(piece.tracks):
-            out[piece.group, piece.quantity, track] = autoregression(
+            out[piece.group, piece.quantity, track] = noise_law(
                 score[:, i], np.asarray(piece.weight)[:, i] > 0
             )
     return out
 
 
-def weighted(
-    problem: Problem, correlation: Mapping[tuple[int, str, int], Autoregression]
-) -> Problem:
+def weighted(problem: Problem, correlation: Mapping[tuple[int, str, int], NoiseLaw]) -> Problem:
     """Return the problem with its weights divided by the correlation time of each channel."""
     return problem.with_weights(
         {

@@ -26,7 +26,7 @@ from rigid.inference.scores import residuals, score_correlation, weighted
 from rigid.inference.settled import Settled, away_from_top, settled
 from rigid.inference.stages import eased
 from rigid.io.errors import InputError
-from rigid.likelihood.correlation import Autoregression
+from rigid.likelihood.noise_spectrum import NoiseLaw
 from rigid.likelihood.problem import Problem, log_density
 from rigid.likelihood.set_aside import readings_of, set_aside, without
 
@@ -76,7 +76,7 @@ class Found:
 
     problem: Problem
     optima: tuple[Optimum, ...]
-    correlation: dict[tuple[int, str, int], Autoregression]
+    correlation: dict[tuple[int, str, int], NoiseLaw]
     starts: int
     levels: np.ndarray
     aside: np.ndarray

@@ -9,7 +9,7 @@ from rigid.inference.proposal import MixtureProposal, Mode, ModeWeights
 from rigid.inference.scores import weighted
 from rigid.inference.search import Found, Optimum
 from rigid.io.cache import Shelf
-from rigid.likelihood.correlation import Autoregression
+from rigid.likelihood.noise_spectrum import NoiseLaw
 from rigid.likelihood.problem import Problem
 from rigid.likelihood.set_aside import without
 
@@ -36,7 +36,7 @@ KINDS = (
     Bend,
     Found,
     Optimum,
-    Autoregression,
+    NoiseLaw,
     MixtureProposal,
     Mode,
     ModeWeights,

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
-from rigid.likelihood.correlation import autoregression
+from rigid.likelihood.correlation import ahead, noise_law
 from rigid.likelihood.priors import AbstractPrior
 from rigid.localfit.ascent import descended
 from rigid.localfit.expansion import Point, Program, expand
@@ -193,8 +193,8 @@ def _ahead(
         mine = (layout.channel == number) & rows
         scaled = residual[mine] / layout.floor[mine]
         good = layout.weight[mine] > 0
-        ahead = autoregression(scaled, good).ahead(scaled, good)
-        out.append(ahead[np.isfinite(ahead)])
+        next_ = ahead(noise_law(scaled, good), scaled, good)
+        out.append(next_[np.isfinite(next_)])
     return np.concatenate(out) if out else np.zeros(0)
 
 

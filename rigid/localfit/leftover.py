@@ -7,30 +7,49 @@ they take is found by simulation: noise of a known correlation goes through the 
 
 import dataclasses
 from collections.abc import Sequence
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.signal import lfilter
 
-from rigid.likelihood.correlation import (
-    LEAST_SAMPLES,
-    MAX_ORDER,
-    Autoregression,
-    autocovariance,
-    of_covariance,
+from rigid.likelihood.correlation import LEAST_SAMPLES
+from rigid.likelihood.noise_spectrum import (
+    LONGEST,
+    WHITE,
+    Classes,
+    Found,
+    NoiseLaw,
+    common_law,
+    law_of,
+    periodogram,
 )
 from rigid.localfit.local import LocalFit
 from rigid.localfit.screening import gram
 
 TRACE_SD = 15.0
 """Prior sd of each signature, in units of its own strength: enough for all that is asked of."""
-PRICE = 2.0
-"""Of an order of the autoregression (AIC). BIC takes short ones for noise that is coloured and
-rounded, whose memory then comes out a tenth too short; here too long does less harm."""
 ROUNDS, DRAWS = 3, 8
 """Of the simulation, and series in each. After three the times stand still to 2 %."""
-SETTLING = 100
-"""Samples before the first in which simulated noise forgets that it began."""
+SETTLED = 5.0
+"""Memories before the first sample in which simulated noise forgets that it began."""
+
+
+class Traces(NamedTuple):
+    """Signatures of all that may be missing.
+
+    - `columns` (n, k). - `wandering` (k,): which are of one sensor alone, by the time of one
+      record. Slow noise looks the same; what it is, the other records of the sensor tell.
+    """
+
+    columns: np.ndarray
+    wandering: np.ndarray
+
+    @classmethod
+    def of(cls, columns: np.ndarray) -> "Traces":
+        """Signatures (n, k) of which none wanders."""
+        return cls(columns, np.zeros(columns.shape[1], dtype=bool))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -38,30 +57,42 @@ class Explaining:
     """Regression of all scores on parameters and signatures together.
 
     - `score`, `curvature` (n,): of the fit. - `parts`: parameters and signatures, (n, some) each, k
-      in all. - `unit` (k,): what one of each is multiplied by. - `gradient` (k,) of their priors.
-    - `known`: Cholesky factor of their information, in these units.
+      in all. - `products` (k, k): of them. - `unit` (k,): what one of each is multiplied by.
+    - `gradient` (k,) of their priors. - `precision` (k,): of these, in these units.
     """
 
     score: np.ndarray
     curvature: np.ndarray
     parts: tuple[np.ndarray, ...]
+    products: np.ndarray
     unit: np.ndarray
     gradient: np.ndarray
-    known: tuple[np.ndarray, bool]
+    precision: np.ndarray
 
     @classmethod
     def by(cls, local: LocalFit, signatures: np.ndarray) -> "Explaining":
         """Lay out parameters and signatures (n, k) of a fit."""
         curvature, fitted = local.terms.curvature, len(local.w)
         parts = (local.design, signatures)
-        both = gram(parts, curvature)
-        size = np.sqrt(np.maximum(np.diag(both)[fitted:], 0.0))
+        products = gram(parts, curvature)
+        size = np.sqrt(np.maximum(np.diag(products)[fitted:], 0.0))
         # what no sample shows explains nothing
         unit = np.concatenate([np.ones(fitted), 1.0 / np.where(size > 0.0, size, np.inf)])
         spread = np.concatenate([np.ones(fitted), np.full(len(size), TRACE_SD)])
-        known = cho_factor(np.diag(spread**-2.0) + both * np.outer(unit, unit))
         gradient = np.concatenate([-local.w, np.zeros(len(size))])
-        return cls(local.terms.score, curvature, parts, unit, gradient, known)
+        return cls(local.terms.score, curvature, parts, products, unit, gradient, spread**-2.0)
+
+    def without(self, signatures: np.ndarray) -> "Explaining":
+        """Return the same without some of the signatures, by mask."""
+        fitted = len(self.unit) - len(signatures)
+        gone = np.concatenate([np.zeros(fitted, dtype=bool), signatures])
+        return dataclasses.replace(self, unit=np.where(gone, 0.0, self.unit))
+
+    @cached_property
+    def known(self) -> tuple[np.ndarray, bool]:
+        """Cholesky factor of the information of all together, in these units."""
+        information = self.products * np.outer(self.unit, self.unit)
+        return cho_factor(np.diag(self.precision) + information)
 
     @property
     def left(self) -> np.ndarray:
@@ -81,46 +112,96 @@ class Explaining:
         return scores - self.curvature[:, None] * sum(part @ mine for part, mine in each)
 
 
-def noise_laws(
-    explaining: Explaining, rows: Sequence[np.ndarray], good: np.ndarray
-) -> list[Autoregression]:
-    """Autoregression that the scores of each channel's noise follow.
+def noise_laws(local: LocalFit, traces: Traces, good: np.ndarray) -> list[NoiseLaw]:
+    """Law that the scores of each channel's noise follow, all of `traces` being explained first.
+
+    - `good` (n,): where samples count.
+
+    What wanders in one sensor alone is explained or is noise: noise in as far as the sensor does so
+    in its other records. So each channel has the slower of two laws: that of what is left once such
+    wandering is explained as well, and that of the other records of its sensor (its own, where
+    there are none) where it is not.
+    """
+    layout = local.layout
+    rows = [layout.channel == number for number in range(len(layout.channels))]
+    explaining = Explaining.by(local, traces.columns)
+    own = left_by(explaining, rows, good)
+    if not traces.wandering.any():
+        return [one.law for one in own]
+    wide = left_by(explaining.without(traces.wandering), rows, good)
+    sensors = [(channel.sensor, channel.interval) for channel in layout.channels]
+    laws = []
+    for number, one in enumerate(own):
+        alike = [i for i, sensor in enumerate(sensors) if sensor == sensors[number]]
+        others = [wide[i] for i in alike if i != number] or [wide[number]]
+        price = float(np.log(max(sum(o.read for o in others), 2)))
+        usual = common_law([o.found for o in others], price, one.found.level)
+        laws.append(max(one.law, usual, key=lambda law: law.time))
+    return laws
+
+
+class Left(NamedTuple):
+    """What an explaining leaves of a channel's scores: what they show, their law, samples read."""
+
+    found: Found
+    law: NoiseLaw
+    read: int
+
+    @classmethod
+    def of(cls, power: np.ndarray, good: np.ndarray, left: np.ndarray | None = None) -> "Left":
+        """Fit the law of a periodogram (m,); `good` (n,), `left` (b,) as in `Found.of`."""
+        found, read = Found.of(power, left), int(good.sum())
+        if read < LEAST_SAMPLES:
+            level = 0.0 if found.empty else found.level
+            return cls(found, WHITE._replace(variance=level), read)
+        return cls(found, law_of(found, float(np.log(read))), read)
+
+
+def left_by(explaining: Explaining, rows: Sequence[np.ndarray], good: np.ndarray) -> list[Left]:
+    """What an explaining leaves of each channel's noise.
 
     - `rows`: masks (n,) of the channels. - `good` (n,): where samples count.
 
-    Noise is sought that leaves, on average, the autocovariances that are left: what the explaining
-    takes from those of simulated noise is added to those that were found, and so again.
+    How much of each frequency the explaining leaves is found from simulated noise of the law so
+    far; with that share the law is held against what is left of the scores, and so again.
     """
-    rng = np.random.default_rng(0)
-    white = [rng.standard_normal((SETTLING + mine.sum(), DRAWS)) for mine in rows]
+    rng, most = np.random.default_rng(0), int(np.ceil(SETTLED * LONGEST))
     here = [good[mine] for mine in rows]
-    orders = [int(min(MAX_ORDER, g.sum() // 10)) for g in here]
+    white = [rng.standard_normal((most + len(mine), DRAWS)) for mine in here]
 
-    def covariances(series: np.ndarray) -> list[np.ndarray]:
-        parts = zip(rows, here, orders, strict=True)
-        return [autocovariance(series[m], g, o).mean(axis=1) for m, g, o in parts]
+    def powers(series: np.ndarray) -> list[np.ndarray]:
+        return [periodogram(series[m], mine) for m, mine in zip(rows, here, strict=True)]
 
-    found = sought = covariances(explaining.left)
+    found = powers(explaining.left)
+    out = [Left.of(*one) for one in zip(found, here, strict=True)]
     for _ in range(ROUNDS):
         noise = np.zeros((len(good), DRAWS))
-        for mine, fresh, law in zip(rows, white, _laws(sought, here), strict=True):
-            noise[mine] = coloured(law, fresh)
+        for m, mine, fresh, one in zip(rows, here, white, out, strict=True):
+            noise[m] = coloured(one.law, fresh[-settling(one.law) - len(mine) :])
         noise[~good] = 0.0
-        taken = zip(covariances(noise), covariances(explaining.left_of(noise)), strict=True)
-        sought = [f + (a - b) for f, (a, b) in zip(found, taken, strict=True)]
-    return _laws(sought, here)
+        shares = map(_share, powers(noise), powers(explaining.left_of(noise)))
+        out = [Left.of(*one) for one in zip(found, here, shares, strict=True)]
+    return out
 
 
-def _laws(covariances: Sequence[np.ndarray], good: Sequence[np.ndarray]) -> list[Autoregression]:
-    counts = [int(g.sum()) for g in good]
-    return [
-        of_covariance(c if n >= LEAST_SAMPLES else c[:1], n, PRICE)
-        for c, n in zip(covariances, counts, strict=True)
-    ]
+def _share(whole: np.ndarray, rest: np.ndarray) -> np.ndarray:
+    """Share of a periodogram (m,) that is left, in classes of frequencies (b,)."""
+    classes = Classes.of(len(whole))
+    if not len(whole):
+        return np.zeros(0)
+    before = classes.mean(whole)
+    there = before > 0.0
+    share = np.where(there, classes.mean(rest) / np.where(there, before, 1.0), 0.0)
+    return np.clip(share, 0.0, 1.0)
 
 
-def coloured(law: Autoregression, white: np.ndarray) -> np.ndarray:
-    """Noise by an autoregression from white noise (SETTLING + n, draws), (n, draws)."""
+def settling(law: NoiseLaw) -> int:
+    """Samples in which noise of a law forgets that it began."""
+    return int(np.ceil(SETTLED * law.memory))
+
+
+def coloured(law: NoiseLaw, white: np.ndarray) -> np.ndarray:
+    """Noise of a law from white noise (settling + n, draws), (n, draws)."""
     innovation = np.sqrt(law.variance) * white
-    noise = np.asarray(lfilter([1.0], [1.0, *-law.coefficients], innovation, axis=0))
-    return noise[SETTLING:]
+    noise = lfilter([1.0, *law.averages], [1.0, *-law.coefficients], innovation, axis=0)
+    return np.asarray(noise)[settling(law) :]

@@ -10,21 +10,19 @@ count at all.
 import numpy as np
 
 from rigid.likelihood.set_aside import readings_of, set_aside
-from rigid.localfit.leftover import Explaining, noise_laws
+from rigid.localfit.leftover import Traces, noise_laws
 from rigid.localfit.local import LocalFit
 
 
-def facts(local: LocalFit, signatures: np.ndarray) -> np.ndarray:
+def facts(local: LocalFit, traces: Traces) -> np.ndarray:
     """Weight of each sample (n,): 0 for those set aside, else one over correlation times.
 
-    - `local`: fitted with weight 1 wherever something was read. - `signatures` (n, k).
+    - `local`: fitted with weight 1 wherever something was read. - `traces`: of what may be missing.
     """
     layout = local.layout
     readings = readings_of(layout.problem, local.hypothesis.sigmas(local.z_noise))
     good = layout.read & ~set_aside(readings, local.residual)
     weight = np.where(good, 1.0, 0.0)
-    rows = [layout.channel == number for number in range(len(layout.channels))]
-    explaining = Explaining.by(local, signatures)
-    for mine, law in zip(rows, noise_laws(explaining, rows, good), strict=True):
-        weight[mine] /= law.time
+    for number, law in enumerate(noise_laws(local, traces, good)):
+        weight[layout.channel == number] /= law.time
     return weight

@@ -72,6 +72,11 @@ class AbstractHidden(ABC):
         return None
 
     @property
+    def wanders(self) -> bool:
+        """Whether slow noise of one sensor looks the same: its own, by the time of one record."""
+        return False
+
+    @property
     def forms(self) -> tuple[str, ...]:
         """Simple shapes over what it goes by in which it is weighed as well; see `straight`."""
         return ()

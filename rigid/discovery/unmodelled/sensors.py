@@ -51,6 +51,11 @@ class SensorError(Curve):
         return distorted(self.kind, TIME if self.variable == TIME.name else None)
 
     @property
+    def wanders(self) -> bool:
+        """A sensor's own time in one record."""
+        return self.variable == TIME.name and self.track is not None
+
+    @property
     def forms(self) -> tuple[str, ...]:
         """A drift; in proportion to its reading it would be the gain, which every fit has."""
         return ("proportional",) if self.variable == TIME.name else ()

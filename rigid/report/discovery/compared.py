@@ -40,12 +40,12 @@ class Compared(NamedTuple):
 
 def compared(outcome: Outcome, seed: int) -> Compared:
     """Compare records and predictions around the first fit and around the last."""
-    signatures = outcome.bench.signatures
-    before = disagreements(outcome.base, signatures, seed)
+    traces = outcome.bench.traces
+    before = disagreements(outcome.base, traces, seed)
     records = {t.label: (t.name, t.cylinder) for t in outcome.base.layout.problem.tracks}
     if outcome.final is outcome.base:
         return Compared(before, None, records)
-    after = disagreements(outcome.final, signatures, seed)
+    after = disagreements(outcome.final, traces, seed)
     return Compared(before, {_key(one): one for one in after}, records)
 
 

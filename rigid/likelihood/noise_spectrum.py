@@ -1,0 +1,306 @@
+"""Laws of stationary noise, fitted to a periodogram: white, autoregressive, or with slow parts.
+
+A converter's rounding is white beside a sensor that drifts, and drifts are slower than a few lags
+show: an autoregression of eight finds a third of the memory of noise of which 30 % lasts for fifty
+samples. So noise may also be a sum of white noise and one or two parts that each fade
+exponentially. Which it is, Whittle's likelihood tells (Whittle 1953, Ark. Mat. 2), at a price for
+every number.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import solve_toeplitz
+
+MAX_ORDER = 8
+"""Of an autoregression, for noise that beats; parts that fade stand for longer memory."""
+MEMORIES = 24
+"""Memories that are tried, from one sample to an eighth of the series."""
+WIDENING = 1.12
+"""Of a class of frequencies over the one before; the lowest frequencies stand alone."""
+ROUNDS = 60
+"""In which the sizes of parts settle (multiplicative updates; Fevotte and Idier 2011, Neural
+Computation 23, eq. 12, which never lead down)."""
+FAINT = 1e-9
+"""Share of the variance below which a part is not there."""
+LONGEST = 500.0
+"""Greatest sum of autocorrelations [samples]: a channel whose residuals are all trend still counts
+as something."""
+LEAST_GAIN = 1e-6
+"""Of an autoregression's answer to a constant."""
+LEAST_LEFT = 0.02
+"""Share of the noise, left at a frequency, below which that frequency does not count."""
+
+
+class NoiseLaw(NamedTuple):
+    """r[k] = sum coefficients[j] r[k-1-j] + e[k] + sum averages[j] e[k-1-j].
+
+    - `coefficients` (p,), `averages` (q,). - `time` [samples]: sum of all autocorrelations, at
+      least 1. - `variance`: of the innovations e. - `memory` [samples]: of its slowest part.
+    """
+
+    coefficients: np.ndarray
+    time: float
+    variance: float = 1.0
+    averages: np.ndarray = np.zeros(0)
+    memory: float = 0.0
+
+
+WHITE = NoiseLaw(np.zeros(0), 1.0)
+
+
+class Classes(NamedTuple):
+    """Frequencies of a series in classes.
+
+    - `first` (b,): numbers of each class's first. - `sizes` (b,). - `turn` (m,): radians a sample.
+    """
+
+    first: np.ndarray
+    sizes: np.ndarray
+    turn: np.ndarray
+
+    @classmethod
+    def of(cls, frequencies: int) -> "Classes":
+        """Part so many frequencies, those of a series of twice as many samples, without 0."""
+        edges = [0]
+        while edges[-1] < frequencies:
+            wide = round(WIDENING * (edges[-1] + 1)) - 1
+            edges.append(min(frequencies, max(edges[-1] + 1, wide)))
+        turn = np.pi * np.arange(1, frequencies + 1) / max(frequencies, 1)
+        return cls(np.array(edges[:-1], dtype=int), np.diff(edges).astype(float), turn)
+
+    def mean(self, series: np.ndarray) -> np.ndarray:
+        """Means of a series (..., m) in the classes (..., b)."""
+        return np.add.reduceat(series, self.first, axis=-1) / self.sizes
+
+
+def periodogram(series: np.ndarray, valid: np.ndarray) -> np.ndarray:
+    """Power of series (n, ...) at all frequencies but 0, on average over them (m,).
+
+    - `valid` (n,): where they were read. From the first sample that was to the last, what was not
+      counts as 0.
+    """
+    read = np.flatnonzero(valid)
+    if len(read) < 2:
+        return np.zeros(0)
+    span = slice(int(read[0]), int(read[-1]) + 1)
+    clean = np.where(valid[span].reshape(-1, *[1] * (series.ndim - 1)), series[span], 0.0)
+    power = np.abs(np.fft.rfft(clean, axis=0)[1:]) ** 2 / len(read)
+    return power.reshape(len(power), -1).mean(axis=1)
+
+
+class Found(NamedTuple):
+    """What a series shows of its noise.
+
+    - `fine` (m,): its periodogram. - `power`, `weight` (b,): in classes, and how many frequencies
+      each stands for.
+    """
+
+    fine: np.ndarray
+    power: np.ndarray
+    weight: np.ndarray
+
+    @classmethod
+    def of(cls, power: np.ndarray, left: np.ndarray | None = None) -> "Found":
+        """Lay out a periodogram (m,).
+
+        - `left` (b,): share of the noise that is left in each class of frequencies, where some of
+          it was taken out; 1 without it.
+        """
+        classes = Classes.of(len(power))
+        seen = np.ones(len(classes.sizes)) if left is None else left
+        good = seen > LEAST_LEFT
+        usable = np.where(good, seen, 1.0)
+        fine = power / np.repeat(np.maximum(seen, LEAST_LEFT), classes.sizes.astype(int))
+        mean = classes.mean(power) if len(power) else np.zeros(0)
+        return cls(
+            fine, np.where(good, mean / usable, 0.0), np.where(good, classes.sizes * seen, 0.0)
+        )
+
+    @property
+    def empty(self) -> bool:
+        """Whether it shows nothing."""
+        return not (self.power * self.weight).sum() > 0.0
+
+    @property
+    def level(self) -> float:
+        """Mean power of all frequencies."""
+        return float(self.weight @ self.power / self.weight.sum())
+
+
+class Fit(NamedTuple):
+    """A law, and twice what it costs in Whittle's log-likelihood and for its numbers."""
+
+    cost: float
+    law: NoiseLaw
+
+
+def law_of(found: Found, price: float) -> NoiseLaw:
+    """Fit the law of a series' noise.
+
+    - `price`: of a number, in twice the log-likelihood: log n for BIC.
+    """
+    if found.empty:
+        return WHITE._replace(variance=0.0)
+    whittle = _Whittle.of([found], price)
+    fits = [whittle.white(), *whittle.fading(), *whittle.autoregressive(found.fine)]
+    return _scaled(min(fits, key=lambda fit: fit.cost).law, found.level)
+
+
+def common_law(found: Sequence[Found], price: float, level: float) -> NoiseLaw:
+    """Fit the law that several series share but for their size.
+
+    - `price`: as there. - `level`: variance that it is to have.
+    """
+    some = [one for one in found if not one.empty]
+    if not some:
+        return WHITE._replace(variance=level)
+    whittle = _Whittle.of(some, price)
+    fits = [whittle.white(), *whittle.fading()]
+    return _scaled(min(fits, key=lambda fit: fit.cost).law, level)
+
+
+def _scaled(law: NoiseLaw, level: float) -> NoiseLaw:
+    return law._replace(variance=level * law.variance)
+
+
+class _Whittle(NamedTuple):
+    """What laws of noise with a variance of 1 are held against.
+
+    - `power`, `weight` (b,): of the classes of all series, each over its level. - `classes`: of
+      each series. - `price`: of a number.
+    """
+
+    power: np.ndarray
+    weight: np.ndarray
+    classes: tuple[Classes, ...]
+    price: float
+
+    @classmethod
+    def of(cls, found: Sequence[Found], price: float) -> "_Whittle":
+        """Put series together."""
+        power = np.concatenate([one.power / one.level for one in found])
+        weight = np.concatenate([one.weight for one in found])
+        return cls(power, weight, tuple(Classes.of(len(one.fine)) for one in found), price)
+
+    def mean(self, spectrum: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+        """Means in all classes (..., b) of a spectrum, which takes turns (m,) to (..., m)."""
+        return np.concatenate([c.mean(spectrum(c.turn)) for c in self.classes], axis=-1)
+
+    def cost(self, spectrum: np.ndarray) -> np.ndarray:
+        """Twice minus the log-likelihood of spectra (..., b)."""
+        return np.asarray(2.0 * (np.log(spectrum) + self.power / spectrum) @ self.weight)
+
+    def level(self, shape: np.ndarray) -> float:
+        """What a spectrum of a known shape (b,) is best multiplied by."""
+        return float(np.sum(self.weight * self.power / shape) / self.weight.sum())
+
+    def white(self) -> Fit:
+        """Noise without memory."""
+        return Fit(float(self.cost(np.ones_like(self.power))) + self.price, WHITE)
+
+    def fading(self) -> Iterator[Fit]:
+        """White noise with one part that fades, and with two."""
+        longest = max(max(len(c.turn) for c in self.classes) / 4.0, 2.0)
+        decay = np.exp(-1.0 / np.geomspace(1.0, longest, MEMORIES))
+        parts = self.mean(lambda turn: _fading(decay[:, None], turn))
+        one = np.ones_like(self.power)
+        alone, pairs = np.arange(MEMORIES)[:, None], np.stack(np.triu_indices(MEMORIES, 1), axis=1)
+        for which in (alone, pairs):
+            shapes = np.concatenate(
+                [np.broadcast_to(one, (len(which), 1, len(one))), parts[which]], axis=1
+            )
+            size = self._sizes(shapes)
+            cost = self.cost(np.einsum("mk,mkb->mb", size, shapes))
+            best = int(np.argmin(cost))
+            law = of_parts(size[best, 0], size[best, 1:], decay[which[best]])
+            yield Fit(float(cost[best]) + self.price * (1 + 2 * which.shape[1]), law)
+
+    def _sizes(self, shapes: np.ndarray) -> np.ndarray:
+        """Sizes (m, k) of spectra (m, k, b) whose sum is likeliest."""
+        size = np.full(shapes.shape[:2], 1.0 / shapes.shape[1])
+        for _ in range(ROUNDS):
+            total = np.einsum("mk,mkb->mb", size, shapes)
+            up = np.einsum("mkb,mb->mk", shapes, self.weight * self.power / total**2)
+            down = np.einsum("mkb,mb->mk", shapes, self.weight / total)
+            size = np.maximum(size * np.sqrt(up / down), 1e-300)
+        return size
+
+    def autoregressive(self, fine: np.ndarray) -> Iterator[Fit]:
+        """Autoregressions by Yule and Walker of every order, from a periodogram (m,)."""
+        covariance = np.fft.irfft(np.append(fine[0], fine))
+        for order in range(1, min(MAX_ORDER, len(fine) // 5) + 1):
+            pull = solve_toeplitz(covariance[:order], covariance[1 : order + 1])
+            shape = self.mean(lambda turn, pull=pull: _answering(pull, turn))
+            level = self.level(shape)
+            rest = 1.0 - float(pull @ covariance[1 : order + 1]) / covariance[0]
+            time = rest / max(1.0 - float(pull.sum()), LEAST_GAIN) ** 2
+            law = NoiseLaw(pull, _bounded(time), level, memory=_memory(np.abs(_poles(pull))))
+            yield Fit(float(self.cost(level * shape)) + self.price * (1 + order), law)
+
+
+def _answering(pull: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """Spectrum of an autoregression (order,) with innovations of variance 1."""
+    lags = np.arange(1, len(pull) + 1)
+    return 1.0 / np.abs(1.0 - np.exp(-1j * turn[:, None] * lags) @ pull) ** 2
+
+
+def _fading(decay: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """Spectrum of a part of variance 1 of which a share `decay` is left a sample later."""
+    return (1.0 - decay**2) / (1.0 - 2.0 * decay * np.cos(turn) + decay**2)
+
+
+def of_parts(white: float, sizes: np.ndarray, decays: np.ndarray) -> NoiseLaw:
+    """Law of white noise and parts that fade, (k,) each, by their variances."""
+    there = sizes > FAINT * (white + sizes.sum())
+    sizes, decays = sizes[there], decays[there]
+    poles = [np.array([1.0, -decay]) for decay in decays]
+    bottom = _product(poles)
+    top = white * _autocorrelation(bottom)
+    for i, (size, decay) in enumerate(zip(sizes, decays, strict=True)):
+        others = _product([pole for j, pole in enumerate(poles) if j != i])
+        more = size * (1.0 - decay**2) * _autocorrelation(others)
+        top = top + np.pad(more, (0, len(top) - len(more)))
+    averages, variance = _factor(top)
+    time = (white + np.sum(sizes * (1.0 + decays) / (1.0 - decays))) / (white + sizes.sum())
+    return NoiseLaw(-bottom[1:], _bounded(float(time)), variance, averages, _memory(decays))
+
+
+def _product(polynomials: list[np.ndarray]) -> np.ndarray:
+    out = np.ones(1)
+    for one in polynomials:
+        out = np.convolve(out, one)
+    return out
+
+
+def _autocorrelation(polynomial: np.ndarray) -> np.ndarray:
+    """Sums of products of coefficients with those so many further on, from 0 on."""
+    return np.correlate(polynomial, polynomial, "full")[len(polynomial) - 1 :]
+
+
+def _factor(covariance: np.ndarray) -> tuple[np.ndarray, float]:
+    """Moving average (q,) and variance of its innovations that have a covariance (q + 1,)."""
+    while len(covariance) > 1 and abs(covariance[-1]) < FAINT * covariance[0]:
+        covariance = covariance[:-1]
+    order = len(covariance) - 1
+    if not order:
+        return np.zeros(0), float(covariance[0])
+    roots = np.roots(np.append(covariance[::-1], covariance[1:]))
+    inside = roots[np.argsort(np.abs(roots))][:order]
+    averages = np.real(np.poly(inside))[1:]
+    return averages, float(covariance[0] / (1.0 + averages @ averages))
+
+
+def _poles(coefficients: np.ndarray) -> np.ndarray:
+    return np.roots([1.0, *-coefficients])
+
+
+def _memory(decays: np.ndarray) -> float:
+    """Samples in which the slowest of decays (k,) leaves 1/e."""
+    slowest = float(np.clip(decays, 1e-9, 1.0 - 1.0 / LONGEST).max(initial=1e-9))
+    return float(-1.0 / np.log(slowest))
+
+
+def _bounded(time: float) -> float:
+    return float(np.clip(time, 1.0, LONGEST))
