@@ -6,8 +6,9 @@ import pytest
 from scipy import stats
 from scipy.signal import lfilter
 
+from rigid.likelihood import noise_spectrum
 from rigid.likelihood.correlation import ahead, autocovariance, noise_law
-from rigid.likelihood.noise_spectrum import NoiseLaw
+from rigid.likelihood.noise_spectrum import NoiseLaw, of_parts
 from rigid.likelihood.quantisation import interval
 
 ALL = np.ones(1200, dtype=bool)
@@ -37,6 +38,40 @@ def test_correlated_series_have_their_time():
     scatter = 2 / (1 - rho**2) * np.sqrt((1 - rho**2) / 1200) * expected
     assert np.mean(found) == pytest.approx(expected, abs=0.4)
     assert np.std(found) < 1.5 * scatter
+
+
+@pytest.mark.parametrize(
+    ("shares", "decays", "short"),
+    [((0.43, 0.57), (0.0, 0.95), 0.8), ((0.7, 0.3), (0.45, 0.98), 0.4)],
+)
+def test_slow_parts_are_seen_beside_quick_ones(shares, decays, short, monkeypatch):
+    """A converter's rounding beside a sensor that drifts; eight lags alone do not see it."""
+    rng, n, series = np.random.default_rng(36), 1500, 60
+    parts = [np.sqrt(s) * ar1(rng, d, (series, n)) for s, d in zip(shares, decays, strict=True)]
+    noise, read = sum(parts), np.ones(n, dtype=bool)
+    expected = sum(s * (1 + d) / (1 - d) for s, d in zip(shares, decays, strict=True))
+
+    def off() -> np.ndarray:
+        return np.log([noise_law(one, read).time / expected for one in noise])
+
+    found = off()
+    # docs/inference.md: logs scatter by 0.3 and 0.64, so that a mean of 60 does by 0.04 and 0.08
+    assert abs(found.mean()) < 0.25
+    monkeypatch.setattr(noise_spectrum._Whittle, "fading", lambda _: ())
+    assert off().mean() < np.log(short)
+
+
+def test_a_law_makes_noise_of_its_own_spectrum():
+    """Parts become an autoregression with a moving average: the same sums of autocovariances."""
+    law = of_parts(0.2, np.array([0.5, 0.3]), np.array([0.6, 0.95]))
+    turn = np.linspace(0.1, 3.0, 9)
+    step = np.exp(-1j * turn)
+    top, bottom = (
+        np.polyval(np.append(one[::-1], 1.0), step) for one in (law.averages, -law.coefficients)
+    )
+    parts = [s * (1 - d**2) / np.abs(1 - d * step) ** 2 for s, d in ((0.5, 0.6), (0.3, 0.95))]
+    np.testing.assert_allclose(law.variance * np.abs(top / bottom) ** 2, 0.2 + sum(parts))
+    assert law.time == pytest.approx(0.2 + 0.5 * 4.0 + 0.3 * 39.0)
 
 
 def test_one_step_ahead_residuals_are_white():

@@ -16,7 +16,7 @@ from scipy.linalg import solve_toeplitz
 MAX_ORDER = 8
 """Of an autoregression, for noise that beats; parts that fade stand for longer memory."""
 MEMORIES = 24
-"""Memories that are tried, from one sample to an eighth of the series."""
+"""Memories that are tried, from one sample to a sixth of the series."""
 WIDENING = 1.12
 """Of a class of frequencies over the one before; the lowest frequencies stand alone."""
 ROUNDS = 60
@@ -31,6 +31,9 @@ LEAST_GAIN = 1e-6
 """Of an autoregression's answer to a constant."""
 LEAST_LEFT = 0.02
 """Share of the noise, left at a frequency, below which that frequency does not count."""
+TELLING = 0.2
+"""Share that has to be left at a frequency whose period is that of the longest memory: of slower
+parts the tail alone would be seen, which is the same for all."""
 
 
 class NoiseLaw(NamedTuple):
@@ -202,8 +205,9 @@ class _Whittle(NamedTuple):
 
     def fading(self) -> Iterator[Fit]:
         """White noise with one part that fades, and with two."""
-        longest = max(max(len(c.turn) for c in self.classes) / 4.0, 2.0)
-        decay = np.exp(-1.0 / np.geomspace(1.0, longest, MEMORIES))
+        turn, size = self.mean(np.asarray), np.concatenate([c.sizes for c in self.classes])
+        lowest = turn[self.weight > TELLING * size].min(initial=np.pi)
+        decay = np.exp(-1.0 / np.geomspace(1.0, max(1.0 / lowest, 2.0), MEMORIES))
         parts = self.mean(lambda turn: _fading(decay[:, None], turn))
         one = np.ones_like(self.power)
         alone, pairs = np.arange(MEMORIES)[:, None], np.stack(np.triu_indices(MEMORIES, 1), axis=1)
