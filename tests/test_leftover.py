@@ -93,8 +93,8 @@ def one_sensor(score: np.ndarray) -> tuple[LocalFit, Traces]:
 def test_what_wanders_in_all_records_of_a_sensor_is_noise():
     slow = np.sqrt(0.7) * noise(0.0, 5) + np.sqrt(0.3) * noise(0.97, 6)
     found = [law.time for law in noise_laws(*one_sensor(slow), GOOD)]
-    # 0.7 + 0.3 (1 + 0.97)/(1 - 0.97) = 20.4; eleven records tell it to a fifth (five other seeds gave
-    # 15 to 23 for all twelve), and the slower of two laws is taken
+    # 0.7 + 0.3 (1 + 0.97)/(1 - 0.97) = 20.4; eleven records tell it to a fifth (five other seeds
+    # gave 15 to 23 for all twelve), and the slower of two laws is taken
     assert 10.0 < np.median(found) < 41.0
 
 
