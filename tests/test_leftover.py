@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from rigid.likelihood.noise_spectrum import NoiseLaw
 from rigid.localfit import leftover
 from rigid.localfit.leftover import TRACE_SD, Explaining, Traces, left_by, noise_laws
 from rigid.localfit.local import LocalFit
@@ -90,9 +91,13 @@ def one_sensor(score: np.ndarray) -> tuple[LocalFit, Traces]:
     return local, Traces(columns, np.ones(columns.shape[1], dtype=bool))
 
 
+def laws(local: LocalFit, traces: Traces) -> list[NoiseLaw]:
+    return noise_laws(local, Explaining.by(local, traces.columns), traces.wandering, GOOD)
+
+
 def test_what_wanders_in_all_records_of_a_sensor_is_noise():
     slow = np.sqrt(0.7) * noise(0.0, 5) + np.sqrt(0.3) * noise(0.97, 6)
-    found = [law.time for law in noise_laws(*one_sensor(slow), GOOD)]
+    found = [law.time for law in laws(*one_sensor(slow))]
     # 0.7 + 0.3 (1 + 0.97)/(1 - 0.97) = 20.4; eleven records tell it to a fifth (five other seeds
     # gave 15 to 23 for all twelve), and the slower of two laws is taken
     assert 10.0 < np.median(found) < 41.0
@@ -101,5 +106,5 @@ def test_what_wanders_in_all_records_of_a_sensor_is_noise():
 def test_what_wanders_in_one_record_is_not():
     white = noise(0.0, 7)
     white[ROWS[2]] += 1.5 * np.sin(np.linspace(0.0, 3.0 * np.pi, SAMPLES))
-    found = [law.time for law in noise_laws(*one_sensor(white), GOOD)]
+    found = [law.time for law in laws(*one_sensor(white))]
     assert found[2] < 1.5

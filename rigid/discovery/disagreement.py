@@ -14,7 +14,7 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import norm
 
 from rigid.likelihood.noise_spectrum import NoiseLaw
-from rigid.localfit.leftover import Traces, coloured, noise_laws, settling
+from rigid.localfit.leftover import Explaining, Traces, coloured, noise_laws, settling
 from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import ChannelKey
 
@@ -244,7 +244,8 @@ class _Campaigns(NamedTuple):
         """Draw campaigns, and fit them to first order."""
         layout = local.layout
         rows = [layout.channel == number for number in range(len(layout.channels))]
-        laws = noise_laws(local, traces, layout.weight > 0.0)
+        explaining = Explaining.by(local, traces.columns)
+        laws = noise_laws(local, explaining, traces.wandering, layout.weight > 0.0)
         # Where the truth lies in the prior is drawn, too: the fit is pulled off it by its prior.
         rng = np.random.default_rng([seed, 8])
         gradient = -rng.standard_normal((len(local.w), DRAWS))

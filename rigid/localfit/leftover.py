@@ -112,9 +112,12 @@ class Explaining:
         return scores - self.curvature[:, None] * sum(part @ mine for part, mine in each)
 
 
-def noise_laws(local: LocalFit, traces: Traces, good: np.ndarray) -> list[NoiseLaw]:
-    """Law that the scores of each channel's noise follow, all of `traces` being explained first.
+def noise_laws(
+    local: LocalFit, explaining: Explaining, wandering: np.ndarray, good: np.ndarray
+) -> list[NoiseLaw]:
+    """Law that the scores of each channel's noise follow.
 
+    - `explaining`: by all that may be missing, which of it `wandering` (k,): see `Traces`.
     - `good` (n,): where samples count.
 
     What wanders in one sensor alone is explained or is noise: noise in as far as the sensor does so
@@ -124,11 +127,10 @@ def noise_laws(local: LocalFit, traces: Traces, good: np.ndarray) -> list[NoiseL
     """
     layout = local.layout
     rows = [layout.channel == number for number in range(len(layout.channels))]
-    explaining = Explaining.by(local, traces.columns)
     own = left_by(explaining, rows, good)
-    if not traces.wandering.any():
+    if not wandering.any():
         return [one.law for one in own]
-    wide = left_by(explaining.without(traces.wandering), rows, good)
+    wide = left_by(explaining.without(wandering), rows, good)
     sensors = [(channel.sensor, channel.interval) for channel in layout.channels]
     laws = []
     for number, one in enumerate(own):

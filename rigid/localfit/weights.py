@@ -3,14 +3,16 @@
 Residuals that resemble their neighbours count less (`rigid.likelihood.correlation`). But a missing
 effect makes neighbours alike, too; taken for correlated noise, it would hide itself. So the
 correlation is that of what is left after the signatures of all effects and hidden forces have been
-fitted (`rigid.localfit.leftover`). Samples that are set aside (`rigid.likelihood.set_aside`) do not
-count at all.
+fitted (`rigid.localfit.leftover`). Readings that move fast count less where instants jitter
+(`rigid.localfit.instants`). Samples that are set aside (`rigid.likelihood.set_aside`) do not count
+at all.
 """
 
 import numpy as np
 
 from rigid.likelihood.set_aside import readings_of, set_aside
-from rigid.localfit.leftover import Traces, noise_laws
+from rigid.localfit.instants import louder
+from rigid.localfit.leftover import Explaining, Traces, noise_laws
 from rigid.localfit.local import LocalFit
 
 
@@ -22,7 +24,8 @@ def facts(local: LocalFit, traces: Traces) -> np.ndarray:
     layout = local.layout
     readings = readings_of(layout.problem, local.hypothesis.sigmas(local.z_noise))
     good = layout.read & ~set_aside(readings, local.residual)
-    weight = np.where(good, 1.0, 0.0)
-    for number, law in enumerate(noise_laws(local, traces, good)):
+    explaining = Explaining.by(local, traces.columns)
+    weight = np.where(good, 1.0, 0.0) / louder(local, explaining.left[:, 0], good)
+    for number, law in enumerate(noise_laws(local, explaining, traces.wandering, good)):
         weight[layout.channel == number] /= law.time
     return weight

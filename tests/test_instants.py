@@ -1,0 +1,56 @@
+"""Jitter of a logger's instants, told by other records than the one that it is asked of."""
+
+import numpy as np
+
+from rigid.localfit.instants import louder
+from rigid.localfit.local import LocalFit
+from rigid.localfit.samples import ChannelKey, Layout, Terms
+
+SAMPLES, RECORDS, INTERVAL, SIGMA = 800, 4, 0.01, 0.05
+NUMBER = np.repeat(np.arange(RECORDS), SAMPLES)
+TIME = np.tile(INTERVAL * np.arange(SAMPLES), RECORDS)
+GOOD = np.ones(len(NUMBER), dtype=bool)
+
+
+def reading(time: np.ndarray) -> np.ndarray:
+    """Still for half of a record, then up and down by 1 within some samples."""
+    return np.where(time < 4.0, 0.0, np.sin(2.0 * np.pi * 2.0 * (time - 4.0)))
+
+
+def left(jitter: float, only: int | None = None) -> tuple[LocalFit, np.ndarray]:
+    """A fit, and scores of readings whose instants jitter by so many intervals."""
+    rng = np.random.default_rng(41)
+    late = jitter * INTERVAL * rng.standard_normal(len(TIME))
+    late[(only is not None) & (only != NUMBER)] = 0.0
+    residual = reading(TIME + late) - reading(TIME) + SIGMA * rng.standard_normal(len(TIME))
+    channels = tuple(
+        ChannelKey(f"record-{n},A", "frame", "load", "load,A", INTERVAL) for n in range(RECORDS)
+    )
+    layout = object.__new__(Layout)
+    vars(layout).update(channels=channels, channel=NUMBER, time=TIME)
+    known = np.full(len(TIME), SIGMA**-2.0)
+    local = object.__new__(LocalFit)
+    vars(local).update(
+        layout=layout, reading=reading(TIME), terms=Terms(0.0 * TIME, residual * known, known)
+    )
+    return local, residual * known
+
+
+def test_jitter_makes_steep_readings_count_less():
+    jitter = 0.3
+    found = louder(*left(jitter), GOOD)
+    rate = np.gradient(reading(TIME[:SAMPLES]), INTERVAL)
+    expected = 1.0 + (jitter * INTERVAL * rate / SIGMA) ** 2
+    assert found[:300].max() == 1.0  # where nothing moves
+    # 1,200 steep samples tell the excess variance, half of the whole, to a tenth or so
+    ratio = (found[:SAMPLES] - 1.0).max() / (expected - 1.0).max()
+    assert 0.7 < ratio < 1.4
+
+
+def test_without_jitter_all_samples_count():
+    np.testing.assert_array_equal(louder(*left(0.0), GOOD), 1.0)
+
+
+def test_what_one_record_does_is_no_jitter_of_it():
+    found = louder(*left(0.3, only=2), GOOD)
+    np.testing.assert_array_equal(found[NUMBER == 2], 1.0)
