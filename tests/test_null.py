@@ -6,6 +6,9 @@ from scipy.stats import kstest
 
 from rigid.discovery.unmodelled.sensors import SensorError
 from rigid.discovery.weighing.explain import explain
+from rigid.effects import CATALOGUE
+from rigid.likelihood.priors import make_prior
+from rigid.localfit.candidates import Candidate
 from rigid.localfit.screening import Around, Screening, screen
 
 SAMPLES, BUMPS, DEGREE = 600, 10, 8
@@ -69,3 +72,16 @@ def test_p_values_are_small_where_something_is_missing():
     score = np.random.default_rng(63).standard_normal(SAMPLES)
     score = score + columns[:, 4] * 10.0 / np.sqrt(columns[:, 4] @ columns[:, 4])
     assert explain((), targets, screened(design, columns, score), 0).p_value < 0.01
+
+
+def test_the_best_of_many_settings_counts_in_full_however_strong_it_is():
+    """A line of 19 sds, the best of so many frequencies that 28 nats are taken off."""
+    design, columns, targets = records(10.0)
+    time = np.arange(SAMPLES)
+    line = np.sin(1.3 * time) / np.sqrt(0.5 * SAMPLES)
+    score = np.random.default_rng(64).standard_normal(SAMPLES) + 19.0 * line
+    prior = make_prior("lognormal", {"median": 1.0, "factor": 10.0}, "a")
+    chance = tuple(np.linspace(-1.0, 0.5, 20))
+    one = Candidate(CATALOGUE["pump-ripple"], "a", 0.0, prior, {}, log_share=-28.0, chance=chance)
+    found = screened(design, np.concatenate([line[:, None], columns], axis=1), score)
+    assert explain((one,), targets, found, 0).p_value < 0.01

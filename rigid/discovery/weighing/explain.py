@@ -149,7 +149,9 @@ def explain(
     drawn = null_draws(screening.information, seed)
     best_waves(drawn, bundles, seed)
     null = _totals(found, drawn, by_chance(listed, seed))
-    here = _totals(found, screening.slope[None])[0]
+    # As it stands for the records: curves over the strength end where chance does.
+    exact = {i: candidate[[i]] for i in range(count)}
+    here = _totals(found, screening.slope[None], exact)[0]
     return dataclasses.replace(found, p_value=float((1 + np.sum(null >= here)) / (1 + len(null))))
 
 
