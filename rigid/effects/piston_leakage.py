@@ -15,8 +15,8 @@ class PistonLeakage(AbstractEffect):
     with the time constant (S^2/k + V/k_oil)/C, k the springs of load cell and frame in series;
     under the pump the rise slows with pressure.
     Siblings: kappa, while the pump runs; pump stage switch (a step of the rise at one pressure, no
-    fall in a hold); load-cell drift (load alone moves); leakage of the shut valve (0.998: nothing is
-    lost under the pump, which long pumping alone shows).
+    fall in a hold); load-cell drift (load alone moves); leakage of the shut valve (0.998: under the
+    pump nothing is lost, which long pumping alone shows).
     """
 
     conductance: Array = parameter(
