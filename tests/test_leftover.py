@@ -108,3 +108,15 @@ def test_what_wanders_in_one_record_is_not():
     white[ROWS[2]] += 1.5 * np.sin(np.linspace(0.0, 3.0 * np.pi, SAMPLES))
     found = [law.time for law in laws(*one_sensor(white))]
     assert found[2] < 1.5
+
+
+def test_a_channel_of_which_nothing_is_left_has_the_noise_of_its_sheet():
+    """Its law is a number, whatever its sensor's other records do."""
+    slow = np.where(ROWS[3], 0.0, np.sqrt(0.3) * noise(0.97, 6) + noise(0.0, 5))
+    local, traces = one_sensor(slow)
+    explaining, good = Explaining.by(local, traces.columns), GOOD & ~ROWS[3]
+    found = noise_laws(local, explaining, traces.wandering, good)
+    assert all(np.isfinite(law.variance) for law in found)
+    told = noise_laws(local, explaining, traces.wandering, GOOD)
+    assert np.isfinite(told[3].variance)
+    assert told[3].variance > 0.0

@@ -137,7 +137,8 @@ def noise_laws(
         alike = [i for i, sensor in enumerate(sensors) if sensor == sensors[number]]
         others = [wide[i] for i in alike if i != number] or [wide[number]]
         price = float(np.log(max(sum(o.read for o in others), 2)))
-        usual = common_law([o.found for o in others], price, one.found.level)
+        level = one.law.variance if one.found.empty else one.found.level
+        usual = common_law([o.found for o in others], price, level)
         laws.append(max(one.law, usual, key=lambda law: law.time))
     return laws
 
@@ -150,11 +151,17 @@ class Left(NamedTuple):
     read: int
 
     @classmethod
-    def of(cls, power: np.ndarray, good: np.ndarray, left: np.ndarray | None = None) -> "Left":
-        """Fit the law of a periodogram (m,); `good` (n,), `left` (b,) as in `Found.of`."""
+    def of(
+        cls, power: np.ndarray, good: np.ndarray, usual: float, left: np.ndarray | None = None
+    ) -> "Left":
+        """Fit the law of a periodogram (m,).
+
+        - `good` (n,): what counts. - `usual`: variance where nothing tells it, as the sheet has it.
+        - `left` (b,): as in `Found.of`.
+        """
         found, read = Found.of(power, left), int(good.sum())
-        if read < LEAST_SAMPLES:
-            level = 0.0 if found.empty else found.level
+        if found.empty or read < LEAST_SAMPLES:
+            level = usual if found.empty else found.level
             return cls(found, WHITE._replace(variance=level), read)
         return cls(found, law_of(found, float(np.log(read))), read)
 
@@ -174,15 +181,17 @@ def left_by(explaining: Explaining, rows: Sequence[np.ndarray], good: np.ndarray
     def powers(series: np.ndarray) -> list[np.ndarray]:
         return [periodogram(series[m], mine) for m, mine in zip(rows, here, strict=True)]
 
+    known = np.where(good, np.maximum(explaining.curvature, 0.0), 0.0)
+    usual = [float(known[m].sum() / max(mine.sum(), 1)) for m, mine in zip(rows, here, strict=True)]
     found = powers(explaining.left)
-    out = [Left.of(*one) for one in zip(found, here, strict=True)]
+    out = [Left.of(*one) for one in zip(found, here, usual, strict=True)]
     for _ in range(ROUNDS):
         noise = np.zeros((len(good), DRAWS))
         for m, mine, fresh, one in zip(rows, here, white, out, strict=True):
             noise[m] = coloured(one.law, fresh[-settling(one.law) - len(mine) :])
         noise[~good] = 0.0
         shares = map(_share, powers(noise), powers(explaining.left_of(noise)))
-        out = [Left.of(*one) for one in zip(found, here, shares, strict=True)]
+        out = [Left.of(*one) for one in zip(found, here, usual, shares, strict=True)]
     return out
 
 
