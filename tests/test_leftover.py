@@ -76,11 +76,18 @@ def test_samples_that_do_not_count_say_nothing():
     assert np.delete(found, 3).mean() == pytest.approx(TIME, rel=3 * 0.05)
 
 
-def one_sensor(score: np.ndarray) -> tuple[LocalFit, Traces]:
-    """Records of one sensor, with bumps over the time of each, which wander."""
+def one_sensor(
+    score: np.ndarray, sensor: str = "load,A", alone: bool = True
+) -> tuple[LocalFit, Traces]:
+    """Records of one sensor, with bumps over the time of each.
+
+    - `sensor`: its name, which may hold the number of the record. - `alone`: whether the bumps are
+      the sensor's own.
+    """
     made = explaining(score)
     channels = tuple(
-        ChannelKey(f"record-{n},A", "frame", "load", "load,A", 0.01) for n in range(CHANNELS)
+        ChannelKey(f"record-{n},A", "frame", "load", sensor.format(n), 0.01)
+        for n in range(CHANNELS)
     )
     layout = object.__new__(Layout)
     vars(layout).update(channels=channels, channel=NUMBER)
@@ -88,19 +95,31 @@ def one_sensor(score: np.ndarray) -> tuple[LocalFit, Traces]:
     terms = Terms(np.zeros(len(score)), score, np.ones(len(score)))
     vars(local).update(terms=terms, layout=layout, w=np.zeros(0), design=np.zeros((len(score), 0)))
     columns = made.parts[0]
-    return local, Traces(columns, np.ones(columns.shape[1], dtype=bool))
+    every = np.ones(columns.shape[1], dtype=bool)
+    return local, Traces(columns, every, every & alone)
 
 
 def laws(local: LocalFit, traces: Traces) -> list[NoiseLaw]:
-    return noise_laws(local, Explaining.by(local, traces.columns), traces.wandering, GOOD)
+    return noise_laws(local, Explaining.by(local, traces.columns), traces, GOOD)
 
 
 def test_what_wanders_in_all_records_of_a_sensor_is_noise():
     slow = np.sqrt(0.7) * noise(0.0, 5) + np.sqrt(0.3) * noise(0.97, 6)
-    found = [law.time for law in laws(*one_sensor(slow))]
-    # 0.7 + 0.3 (1 + 0.97)/(1 - 0.97) = 20.4; eleven records tell it to a fifth (five other seeds
-    # gave 15 to 23 for all twelve), and the slower of two laws is taken
-    assert 10.0 < np.median(found) < 41.0
+    for alone in (True, False):
+        found = [law.time for law in laws(*one_sensor(slow, alone=alone))]
+        # 0.7 + 0.3 (1 + 0.97)/(1 - 0.97) = 20.4; eleven records tell it to a fifth (five other
+        # seeds gave 15 to 23 for all twelve), and the slower of two laws is taken
+        assert 10.0 < np.median(found) < 41.0
+
+
+def test_what_wanders_in_the_only_record_of_a_sensor_is_noise_unless_it_moves_others_too():
+    slow = np.sqrt(0.7) * noise(0.0, 5) + np.sqrt(0.3) * noise(0.97, 6)
+    wanders = [law.time for law in laws(*one_sensor(slow, "load-{},A"))]
+    # as above, but each record by itself: a factor of two
+    assert 5.0 < np.median(wanders) < 82.0
+    # explained, it leaves what is white
+    moves = [law.time for law in laws(*one_sensor(slow, "load-{},A", alone=False))]
+    assert np.median(moves) < 2.0
 
 
 def test_what_wanders_in_one_record_is_not():
@@ -115,8 +134,8 @@ def test_a_channel_of_which_nothing_is_left_has_the_noise_of_its_sheet():
     slow = np.where(ROWS[3], 0.0, np.sqrt(0.3) * noise(0.97, 6) + noise(0.0, 5))
     local, traces = one_sensor(slow)
     explaining, good = Explaining.by(local, traces.columns), GOOD & ~ROWS[3]
-    found = noise_laws(local, explaining, traces.wandering, good)
+    found = noise_laws(local, explaining, traces, good)
     assert all(np.isfinite(law.variance) for law in found)
-    told = noise_laws(local, explaining, traces.wandering, GOOD)
+    told = noise_laws(local, explaining, traces, GOOD)
     assert np.isfinite(told[3].variance)
     assert told[3].variance > 0.0

@@ -245,7 +245,7 @@ class _Campaigns(NamedTuple):
         layout = local.layout
         rows = [layout.channel == number for number in range(len(layout.channels))]
         explaining = Explaining.by(local, traces.columns)
-        laws = noise_laws(local, explaining, traces.wandering, layout.weight > 0.0)
+        laws = noise_laws(local, explaining, traces, layout.weight > 0.0)
         # Where the truth lies in the prior is drawn, too: the fit is pulled off it by its prior.
         rng = np.random.default_rng([seed, 8])
         gradient = -rng.standard_normal((len(local.w), DRAWS))

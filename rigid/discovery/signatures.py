@@ -38,9 +38,11 @@ class Bench:
 
     @property
     def traces(self) -> Traces:
-        """Signatures, and which of them slow noise of one sensor looks like."""
-        wandering = [*([False] * len(self.listed)), *(t.wanders for t in self.bumps.target)]
-        return Traces(self.signatures, np.array(wandering, dtype=bool))
+        """Signatures, and which of them slow noise looks like."""
+        once, hidden = [one.only is not None for one in self.listed], self.bumps.target
+        timed = np.array([*once, *(one.timed for one in hidden)], dtype=bool)
+        wanders = np.array([*([False] * len(once)), *(one.wanders for one in hidden)], dtype=bool)
+        return Traces(self.signatures, timed, wanders)
 
 
 def _top(fit: Fitted, effect: type[AbstractEffect]) -> float:

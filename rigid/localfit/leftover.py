@@ -39,17 +39,20 @@ SETTLED = 5.0
 class Traces(NamedTuple):
     """Signatures of all that may be missing.
 
-    - `columns` (n, k). - `wandering` (k,): which are of one sensor alone, by the time of one
-      record. Slow noise looks the same; what it is, the other records of the sensor tell.
+    - `columns` (n, k). - `timed` (k,): which go by the time of one record, anywhere in it. Slow
+      noise looks the same; what it is, the other records of a sensor tell.
+    - `wandering` (k,): which of these are of one sensor alone.
     """
 
     columns: np.ndarray
+    timed: np.ndarray
     wandering: np.ndarray
 
     @classmethod
     def of(cls, columns: np.ndarray) -> "Traces":
-        """Signatures (n, k) of which none wanders."""
-        return cls(columns, np.zeros(columns.shape[1], dtype=bool))
+        """Signatures (n, k) of which none goes by the time of one record."""
+        none = np.zeros(columns.shape[1], dtype=bool)
+        return cls(columns, none, none)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -113,29 +116,35 @@ class Explaining:
 
 
 def noise_laws(
-    local: LocalFit, explaining: Explaining, wandering: np.ndarray, good: np.ndarray
+    local: LocalFit, explaining: Explaining, traces: Traces, good: np.ndarray
 ) -> list[NoiseLaw]:
     """Law that the scores of each channel's noise follow.
 
-    - `explaining`: by all that may be missing, which of it `wandering` (k,): see `Traces`.
-    - `good` (n,): where samples count.
+    - `explaining`: by all that may be missing, the `traces`. - `good` (n,): where samples count.
 
-    What wanders in one sensor alone is explained or is noise: noise in as far as the sensor does so
-    in its other records. So each channel has the slower of two laws: that of what is left once such
-    wandering is explained as well, and that of the other records of its sensor (its own, where
-    there are none) where it is not.
+    What goes by the time of one record is something missing or is noise: noise in as far as the
+    sensor does so in its other records. So each channel has the slower of two laws: that of what is
+    left once such things are explained as well, and that of the other records of its sensor where
+    they are not. A sensor of one record alone has none to tell: what wanders in it is noise, and
+    what moves other sensors too is not.
     """
     layout = local.layout
     rows = [layout.channel == number for number in range(len(layout.channels))]
     own = left_by(explaining, rows, good)
-    if not wandering.any():
+    if not traces.timed.any():
         return [one.law for one in own]
-    wide = left_by(explaining.without(wandering), rows, good)
     sensors = [(channel.sensor, channel.interval) for channel in layout.channels]
+    alike = [
+        [i for i, its in enumerate(sensors) if its == mine and i != number]
+        for number, mine in enumerate(sensors)
+    ]
+    wide = left_by(explaining.without(traces.timed), rows, good)
+    lone = own
+    if not all(alike) and traces.wandering.any():
+        lone = left_by(explaining.without(traces.wandering), rows, good)
     laws = []
     for number, one in enumerate(own):
-        alike = [i for i, sensor in enumerate(sensors) if sensor == sensors[number]]
-        others = [wide[i] for i in alike if i != number] or [wide[number]]
+        others = [wide[i] for i in alike[number]] or [lone[number]]
         price = float(np.log(max(sum(o.read for o in others), 2)))
         level = one.law.variance if one.found.empty else one.found.level
         usual = common_law([o.found for o in others], price, level)

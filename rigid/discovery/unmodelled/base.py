@@ -72,8 +72,13 @@ class AbstractHidden(ABC):
         return None
 
     @property
+    def timed(self) -> bool:
+        """Whether slow noise looks the same: by the time of one record, all along it."""
+        return False
+
+    @property
     def wanders(self) -> bool:
-        """Whether slow noise of one sensor looks the same: its own, by the time of one record."""
+        """Whether it does so in one sensor alone."""
         return False
 
     @property
@@ -121,6 +126,11 @@ class Curve(AbstractHidden):
     def prior_class(self) -> str:
         """Curves over time and others have a share each."""
         return "time" if self.variable == TIME.name else "curve"
+
+    @property
+    def timed(self) -> bool:
+        """Over the time of one record."""
+        return self.variable == TIME.name and self.track is not None
 
     @property
     def pooled(self) -> AbstractHidden | None:

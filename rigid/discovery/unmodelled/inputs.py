@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from rigid.discovery.fitted import Fitted
-from rigid.discovery.unmodelled.base import About, Bumps, Curve, together
+from rigid.discovery.unmodelled.base import About, AbstractHidden, Bumps, Curve, together
 from rigid.discovery.unmodelled.joints import Span, paths_at_joints
 from rigid.kinds import kinds_with
 from rigid.localfit.hidden_inputs import (
@@ -48,9 +48,11 @@ class Input(Curve):
     """A hidden force or flow.
 
     - `kind`: one of EFFECTS. - `track`: of a machine, a run. - `place`: its joint; "" for the rig.
+    - `brief`: just after a release alone, not all along its record.
     """
 
     place: str = ""
+    brief: bool = False
 
     sort: ClassVar[str] = "input"
     order: ClassVar[int] = 1
@@ -79,6 +81,16 @@ class Input(Curve):
         effect, at = self.effect, self.place
         name = f"{effect.at_a_joint} at {at}" if at else effect.phrase
         return About(effect.equation, name, effect.parameters()[0].unit, self.over)
+
+    @property
+    def timed(self) -> bool:
+        """Over the time of one record, all along it."""
+        return super().timed and not self.brief
+
+    @property
+    def pooled(self) -> AbstractHidden | None:
+        """The same over the time of all records, releases among them."""
+        return None if self.track is None else dataclasses.replace(self, track=None, brief=False)
 
     @property
     def forms(self) -> tuple[str, ...]:
@@ -173,7 +185,8 @@ def _over_time(local: LocalFit) -> Iterator[BumpRequest]:
         kinds = {spans[t][0] for t in tracks}
         for kind in OVER_TIME:
             if here := _acting(EFFECTS[kind], kinds):
-                yield BumpRequest(Input(kind, TIME.name), centres, span / count, here, tracks)
+                target = Input(kind, TIME.name, brief=release)
+                yield BumpRequest(target, centres, span / count, here, tracks)
 
 
 def _over_states(local: LocalFit) -> Iterator[BumpRequest]:

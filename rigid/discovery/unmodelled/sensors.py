@@ -53,7 +53,7 @@ class SensorError(Curve):
     @property
     def wanders(self) -> bool:
         """A sensor's own time in one record."""
-        return self.variable == TIME.name and self.track is not None
+        return self.timed
 
     @property
     def forms(self) -> tuple[str, ...]:
