@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from rigid.likelihood.correlation import noise_law
 from rigid.localfit.local import LocalFit
 
 TRIED = np.concatenate([[0.0], np.geomspace(1e-3, 0.5, 48)])
@@ -21,11 +22,14 @@ def louder(local: LocalFit, left: np.ndarray, good: np.ndarray) -> np.ndarray:
     - `local`: a fit. - `left` (n,): scores that nothing explains. - `good` (n,): what counts.
 
     Instants are the logger's: all channels with one interval share their jitter. What a record does
-    on its own is no jitter, so that of each is told by the others, where there are any.
+    on its own is no jitter, so that of each is told by the others. Where there are none it is
+    jitter if it turns from sample to sample as only chance does, before anything explains it: what
+    swings or lags does not, and hundreds of signatures explain any few samples.
     """
     layout, out = local.layout, np.ones(len(left))
     rate = np.zeros(len(left))
     gains: dict[int, np.ndarray] = {}
+    alone: dict[int, np.ndarray] = {}
     for number in range(len(layout.channels)):
         mine = layout.channel == number
         reading, time = local.reading[mine], layout.time[mine]
@@ -33,10 +37,13 @@ def louder(local: LocalFit, left: np.ndarray, good: np.ndarray) -> np.ndarray:
             continue
         rate[mine] = layout.channels[number].interval * np.gradient(reading, time)
         some = mine & good & (local.terms.curvature > 0.0)
-        gains[number] = _gains(left[some], local.terms.curvature[some], rate[some])
+        known = local.terms.curvature[some]
+        gains[number] = _gains(left[some], known, rate[some])
+        alone[number] = _by_chance(local.terms.score[some], known, rate[some])
     for number in gains:
-        others = _others(local, list(gains), number)
-        told = np.sum([gains[i] for i in others], axis=0)
+        alike = _alike(local, list(gains), number)
+        others = [i for i in alike if layout.channels[i].track != layout.channels[number].track]
+        told = np.sum([gains[i] for i in others] or [alone[i] for i in alike], axis=0)
         price = 0.5 * np.log(max(int(good.sum()), 2))
         best = int(np.argmax(told))
         if told[best] - told[0] > price:
@@ -46,18 +53,26 @@ def louder(local: LocalFit, left: np.ndarray, good: np.ndarray) -> np.ndarray:
     return out
 
 
-def _others(local: LocalFit, numbers: Sequence[int], one: int) -> list[int]:
-    """Channels with the interval of one, of other records; its own record's where it is alone."""
+def _alike(local: LocalFit, numbers: Sequence[int], one: int) -> list[int]:
+    """Channels with the interval of one, itself among them."""
     channels = local.layout.channels
-    alike = [i for i in numbers if channels[i].interval == channels[one].interval]
-    return [i for i in alike if channels[i].track != channels[one].track] or alike
+    return [i for i in numbers if channels[i].interval == channels[one].interval]
 
 
-def _gains(left: np.ndarray, curvature: np.ndarray, rate: np.ndarray) -> np.ndarray:
+def _gains(scores: np.ndarray, curvature: np.ndarray, rate: np.ndarray) -> np.ndarray:
     """Log-likelihood of a channel's scores at each jitter of TRIED, its noise level at its best."""
-    if not len(left):
+    if not len(scores):
         return np.zeros(len(TRIED))
-    square, known = left**2 / curvature, rate**2 * curvature
+    square, known = scores**2 / curvature, rate**2 * curvature
     variance = 1.0 + TRIED[:, None] ** 2 * known
     level = np.mean(square / variance, axis=1, keepdims=True)
     return -0.5 * np.sum(np.log(np.maximum(level, 1e-300) * variance) + 1.0, axis=1)
+
+
+def _by_chance(scores: np.ndarray, curvature: np.ndarray, rate: np.ndarray) -> np.ndarray:
+    """The same; 0 unless the scores are white at the jitter that is the likeliest."""
+    gains = _gains(scores, curvature, rate)
+    jitter = TRIED[int(np.argmax(gains))]
+    even = scores / np.sqrt(curvature + (jitter * rate * curvature) ** 2)
+    white = noise_law(even, np.ones(len(even), dtype=bool)).time == 1.0
+    return gains if white else np.zeros(len(TRIED))
