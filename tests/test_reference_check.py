@@ -11,6 +11,7 @@ from rigs import frame_problem, release_problem
 from rigid.inference.reference_check import SensorError, SolverCheck, against_reference
 from rigid.likelihood.groups import SlowGroup
 from rigid.likelihood.problem import predict
+from rigid.localfit.samples import lay_out
 from rigid.physics import full, slow
 
 
@@ -34,6 +35,13 @@ def test_steps_agree_with_diffrax(problem):
     assert 0.0 < found.worst.bars < 0.1
     assert found.values()["shift"] == found.shift
     assert "13 points" in found.check.says
+
+
+def test_samples_count_in_a_problem_as_they_are_weighed(problem):
+    layout = lay_out(problem)
+    weight = layout.weight * np.random.default_rng(3).uniform(size=len(layout.weight))
+    again = lay_out(layout.weighed(weight).weighed_problem)
+    np.testing.assert_array_equal(again.weight, weight)
 
 
 @pytest.mark.slow

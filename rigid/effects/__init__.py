@@ -43,6 +43,7 @@ ORDER = (
     "load-cell-creep",
     "temperature-drift",
     "accelerometer-resonance",
+    "gradual-release",
 )
 """In which the catalogue lists what came with it; other effects follow by name."""
 

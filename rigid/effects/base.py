@@ -124,6 +124,18 @@ class Distortion(NamedTuple):
     acceleration: Array | float = 0.0
 
 
+class Strap(NamedTuple):
+    """How the straps of releases let go; a law of `rigid.physics.strap`.
+
+    - `duration` [s]: in which the force falls from 90 to 10 %. - `begin`, `end`: how abruptly it
+      begins and ends to.
+    """
+
+    duration: Array
+    begin: Array
+    end: Array
+
+
 class AbstractEffect(eqx.Module):
     """One physical cause that acts on the rig.
 
@@ -179,9 +191,18 @@ class AbstractEffect(eqx.Module):
         """By how much [s] the time stamps of a quantity lag behind those of the others."""
         return {}
 
+    def strap(self) -> Strap | None:
+        """Return how the straps of releases let go; None: at once, or as another effect says."""
+        return None
+
     def friction(self, omega: Array) -> Array:
         """Complex friction coefficient mu(omega) that the effect adds [N s/m]; 0 unless told."""
         return jnp.zeros_like(omega, dtype=complex)
+
+    @classmethod
+    def gradual(cls) -> bool:
+        """Whether it lets straps take their time; that of each release begins when it does."""
+        return cls.strap is not AbstractEffect.strap
 
     @classmethod
     def acts_in(cls, kind: str) -> bool:

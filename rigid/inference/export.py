@@ -19,7 +19,7 @@ DIMENSIONS = {
     "kappa_tank": ("record", "cylinder", "stretch"),
     "preload": ("record", "cylinder"),
     "release_time": ("record", "cylinder"),
-    "release_duration": ("record", "cylinder"),
+    "release_lead": ("record", "cylinder"),
     "noise": ("quantity", "cylinder"),
     "gain": ("quantity", "cylinder"),
     "zero": ("quantity", "cylinder"),

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from rigid.effects import AbstractEffect
+from rigid.effects.base import Strap
 from rigid.likelihood.machine import Place
 from rigid.likelihood.parameters import Scoped
 from rigid.likelihood.tracks import Track
@@ -20,6 +21,7 @@ from rigid.physics.rig import Rig, build_rig
 from rigid.physics.strap import REACH, abrupt, edges, lattice, let_go
 
 PUMP_ANGLE = "pump_angle"
+LEAD = "release_lead"
 """Angle [rad] at which the pump stood when a record began; a number of each record's own."""
 
 
@@ -234,16 +236,14 @@ class ReleaseGroup(AbstractGroup):
         rig = build_rig(self.effects, Scoped(values, self.tracks[0].scope))
         preload = jnp.stack([values[f"preload[{t.label}]"] for t in self.tracks])
         instant = jnp.stack([values[f"release_time[{t.label}]"] for t in self.tracks])
-        return rig, preload, instant, self._law(values, preload)
+        return rig, preload, instant, self._law(rig.strap(), values, preload)
 
-    def _law(self, values: Mapping[str, Array], like: Array) -> Array | None:
+    def _law(self, strap: Strap | None, values: Mapping[str, Array], like: Array) -> Array | None:
         """Instants after the release time by which shares of the preload have gone [s]."""
-        labels = [f"release_duration[{t.label}]" for t in self.tracks]
-        if not any(label in values for label in labels):
+        if strap is None:
             return None
-        begin, end = (values[name] + 0.0 * like[0] for name in ("release_begin", "release_end"))
-        durations = (values.get(label, 0.0) + 0.0 * like[0] for label in labels)
-        return jnp.stack([edges(duration, begin, end) for duration in durations], axis=1)
+        law = edges(*(number + 0.0 * like[0] for number in strap))
+        return jnp.stack([law - values[f"{LEAD}[{t.label}]"] for t in self.tracks], axis=1)
 
 
 class MotionGrid(AbstractGrid):

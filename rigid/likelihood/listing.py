@@ -11,7 +11,7 @@ from rigid.effects.declare import ParameterInfo, PriorDescription
 from rigid.io.errors import together
 from rigid.likelihood.effect_lookup import effects_named
 from rigid.likelihood.grouping import Grouping, explained
-from rigid.likelihood.groups import PUMP_ANGLE, beating, flow_name
+from rigid.likelihood.groups import LEAD, PUMP_ANGLE, beating, flow_name
 from rigid.likelihood.machine import constants, lay_out
 from rigid.likelihood.machine_runs import starts
 from rigid.likelihood.parameters import Parameter, Parameters, collect, require_known
@@ -38,11 +38,7 @@ KAPPA_PRIOR = declare.lognormal(0.2, 3.0)
 
 TANK_PRIOR = declare.lognormal(-0.2, 3.0)
 
-STRAP_PRIOR = declare.lognormal(0.3, 4.0)
-"""Of how abruptly a strap begins and ends to let go: 0 gradually, 1 with a corner, more at once."""
-
-RELEASE_WITHIN = 1.0
-"""Samples to either side by which the onset of a gradual release is uncertain."""
+Effects = Iterable[type[AbstractEffect]]
 
 ANY_ANGLE = declare.uniform(-math.pi, math.pi)
 
@@ -63,25 +59,22 @@ def list_parameters(
     physical = list(_physical(spec, effects, tracks))
     local = list({p.label: p for t in tracks for p in _local(spec, t)}.values())
     local += _starts(spec, tracks, series)
-    local += _shape_of_straps(spec, local)
     acting = Grouping(effects, {}, spec.model.only).acting
-    for one in pump_angles(effects, [t for t in tracks if any(e.beat for e in acting(t))]):
-        local.append(_stated(spec, one))
+    local += [
+        _stated(spec, one)
+        for effect in effects
+        for one in of_records([effect], [t for t in tracks if effect in acting(t)])
+    ]
+    local = list({p.label: p for p in local}.values())
     noise = list(_noise(spec, tracks, series))
     listed = physical + local + noise
-    names = {p.label for p in listed} | {p.base for p in listed} | of_straps(tracks)
+    names = {p.label for p in listed} | {p.base for p in listed}
     varied = {p.base for p in physical}
     together(
         lambda: require_known(spec.priors, names | of_candidates(spec), f"{spec.path} [priors]"),
         lambda: require_known(spec.model.vary, varied, f"{spec.path} [model] vary"),
     )
     return collect(listed)
-
-
-def of_straps(tracks: Iterable[Track]) -> set[str]:
-    """What a spec may state priors for where there are releases: that their straps take time."""
-    labels = {f"release_duration[{t.label}]" for t in tracks if t.onset is not None}
-    return labels | {"release_duration"} if labels else set()
 
 
 def of_candidates(spec: Spec) -> set[str]:
@@ -199,9 +192,25 @@ def _spread(spec: Spec, one: Parameter, tracks: tuple[Track, ...]) -> Iterator[P
         yield _stated(spec, dataclasses.replace(one, label=label, **more))
 
 
-def pump_angles(
-    effects: Iterable[type[AbstractEffect]], tracks: Iterable[Track]
-) -> list[Parameter]:
+def of_records(effects: Effects, tracks: Iterable[Track]) -> list[Parameter]:
+    """Numbers that effects bring in for each of some records, in which all of them act."""
+    listed = tuple(tracks)
+    return [*pump_angles(effects, listed), *_leads(effects, listed)]
+
+
+def _leads(effects: Effects, tracks: Iterable[Track]) -> Iterator[Parameter]:
+    """By how much straps begin earlier to let go than releases begin, where they take their time.
+
+    The instant of a release lies between two samples; where a fifth of a gradual one has gone may
+    be a sample before or after.
+    """
+    for t in tracks:
+        if t.onset is not None and any(effect.gradual() for effect in effects):
+            prior = _described(declare.normal(0.0, t.interval))
+            yield of_record(LEAD, (t.name, t.cylinder), r"\delta_0", "s", prior)
+
+
+def pump_angles(effects: Effects, tracks: Iterable[Track]) -> list[Parameter]:
     """Angles at which records found the pump where effects beat with it: all angles are alike."""
     listed = tuple(tracks)
     labels, prior = beating(effects, listed), _described(ANY_ANGLE)
@@ -249,10 +258,8 @@ def _local(spec: Spec, track: Track) -> Iterator[Parameter]:
         declare.normal(record.preload.value, record.preload.sd), f"preload[{track.label}]"
     )
     yield _stated(spec, of_record("preload", own, r"F_0", "N", prior))
-    lasts = _duration(spec, own)
-    prior = _release_law(record.release_time, track, bool(lasts))
+    prior = _release_law(record.release_time, track)
     yield _stated(spec, of_record("release_time", own, r"t_0", "s", prior))
-    yield from lasts
 
 
 def _starts(
@@ -269,30 +276,10 @@ def _starts(
         ))  # fmt: skip
 
 
-def _duration(spec: Spec, own: tuple[str, ...]) -> list[Parameter]:
-    """How long the strap of a release takes to let go, where the spec has a prior for it."""
-    one = of_record("release_duration", own, r"d_0", "s", _described(declare.fixed(0.0)))
-    return [_stated(spec, one)] if spec.priors.keys() & {one.label, one.base} else []
-
-
-def _shape_of_straps(spec: Spec, local: Iterable[Parameter]) -> list[Parameter]:
-    """How abruptly straps begin and end to let go, where one of them takes its time."""
-    if not any(p.base == "release_duration" for p in local):
-        return []
-    prior = _described(STRAP_PRIOR)
-    symbols = {"release_begin": "a_0", "release_end": "b_0"}
-    return [_stated(spec, Parameter(name, s, "1", prior)) for name, s in symbols.items()]
-
-
-def _release_law(given, track: Track, lasting: bool) -> AbstractPrior:
-    """Instant of release: exact where given so, else between the samples around the onset.
-
-    - `lasting`: the strap takes its time; then a fifth of the preload has gone at that instant, and
-      the onset that was found is uncertain by a sample to either side.
-    """
-    wide = RELEASE_WITHIN if lasting else 0.0
-    high = float(track.onset_time) + wide * track.interval
-    low = float(track.onset_time) - (1.0 + wide) * track.interval
+def _release_law(given, track: Track) -> AbstractPrior:
+    """Instant of release: exact where given so, else between the samples around the onset."""
+    high = float(track.onset_time)
+    low = high - track.interval
     if given is None:
         prior = declare.uniform(low, high)
     elif given.sd == 0.0:

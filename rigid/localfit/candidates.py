@@ -93,9 +93,14 @@ def _sides(prior: AbstractPrior, absent: float) -> list[tuple[AbstractPrior, flo
     return [(Side(prior, sign), absent + sign * hair) for sign in (1.0, -1.0)]
 
 
-def _proportional(effect: type[AbstractEffect], prior: AbstractPrior) -> bool:
-    """Whether the records change in proportion to a small amplitude, as far as its prior goes."""
-    return effect.steady or bool(effect.scales) or not isinstance(prior, Lognormal)
+def _proportional(effect: type[AbstractEffect], prior: AbstractPrior, shaped: bool) -> bool:
+    """Whether the records change in proportion to a small amplitude, as far as its prior goes.
+
+    - `shaped`: the effect has other uncertain numbers.
+    """
+    if effect.gradual():
+        return False
+    return shaped or effect.steady or bool(effect.scales) or not isinstance(prior, Lognormal)
 
 
 def _late(effect: type[AbstractEffect]) -> bool:
@@ -126,7 +131,7 @@ def candidates(
             absent = float(info.absent or 0.0)
             for setting in settings:
                 shape = _shape(priors, dict(zip(free, setting, strict=True)))
-                if free or _proportional(effect, prior):
+                if _proportional(effect, prior, bool(free)):
                     sides = _sides(prior, absent) if _late(effect) else [(prior, absent)]
                     found += [
                         Candidate(effect, label, absent, side, shape | {label: beside})

@@ -17,7 +17,7 @@ from jax import Array
 
 from rigid.effects import AbstractEffect
 from rigid.inference.newton import is_noise
-from rigid.likelihood.listing import of_effect, pump_angles
+from rigid.likelihood.listing import of_effect, of_records
 from rigid.likelihood.parameters import Parameter
 from rigid.likelihood.priors import AbstractPrior
 from rigid.likelihood.problem import Problem
@@ -60,17 +60,15 @@ class Hypothesis:
     def brought_by(self, effect: type[AbstractEffect]) -> list[Parameter]:
         """Uncertain numbers that an effect brings in, with its own priors or those given.
 
-        One that beats with the pump brings the angle at which each record found the pump.
+        Some bring numbers of each record, as the angle at which it found the pump.
         """
-        angles = pump_angles([effect], self.problem.tracks)
+        each = of_records([effect], self.problem.tracks)
         own = [
             of_effect(info, label, prior)
             for label, (info, prior) in priors_of(effect, self.given).items()
             if not prior.known
         ]
-        return own + [
-            dataclasses.replace(p, prior=self.given.get(p.label, p.prior)) for p in angles
-        ]
+        return own + [dataclasses.replace(p, prior=self.given.get(p.label, p.prior)) for p in each]
 
     @cached_property
     def labels(self) -> tuple[str, ...]:

@@ -28,7 +28,7 @@ def against_reference(
 ) -> SolverCheck | None:
     """Solve a fit again by diffrax; None where there is nothing to solve.
 
-    Noise levels stay at those of the fit.
+    Noise levels stay at those of the fit; samples count as they do there.
     """
     hypothesis, family = local.hypothesis, local.family
     if nothing_solved(hypothesis.problem):
@@ -41,7 +41,7 @@ def against_reference(
     w = np.tile(local.w, (POINTS, 1))
     w[:, :size] += moved
     values = _values(local, w)
-    problem = dataclasses.replace(hypothesis.problem, groups=family.groups)
+    problem = dataclasses.replace(local.layout.weighed_problem, groups=family.groups)
 
     def exact(given: dict[str, Array]) -> Predictions:
         return by_diffrax(problem, given, tolerance)

@@ -115,6 +115,16 @@ class Layout:
                 found[channel.track, channel.quantity] = float(read.mean())
         return found
 
+    @property
+    def weighed_problem(self) -> Problem:
+        """The problem with these weights."""
+        weights, at = {}, 0
+        for p in self.problem.pieces:
+            here = self.weight[at : at + p.data.size]
+            weights[p.group, p.quantity] = here.reshape(p.data.shape[::-1]).T
+            at += p.data.size
+        return self.problem.with_weights(weights)
+
     def weighed(self, weight: np.ndarray) -> "Layout":
         """Return the same samples with other weights (n,)."""
         return dataclasses.replace(self, weight=weight)

@@ -7,7 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, Distortion, Seen, State
+from rigid.effects.base import AbstractEffect, Action, Distortion, Seen, State, Strap
 from rigid.effects.bristle import PRESLIDING
 
 CORE_SCALES = (1e-4, 1e-1, 1e-4, 1e-1, 1e6)
@@ -167,6 +167,10 @@ class Rig(eqx.Module):
             for quantity, delay in effect.delays().items():
                 total[quantity] = total[quantity] + delay if quantity in total else delay
         return total
+
+    def strap(self) -> Strap | None:
+        """How straps let go, by the first effect that says so; None: at once."""
+        return next((law for e in self.effects if (law := e.strap()) is not None), None)
 
     def friction(self, omega: Array) -> Array:
         """Complex friction coefficient mu(omega) of all effects together [N s/m]."""

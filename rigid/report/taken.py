@@ -32,7 +32,7 @@ def taken(
         if p.base != "presliding" or bristles
         for value in (float(p.prior.from_standard(0.0)),)
     ]
-    lasting = any(p.base == "release_duration" for p in problem.parameters.sampled)
+    lasting = any(effect.gradual() for effect in effects)
     kinds = {
         track.of.name: track.of.exact
         for track in problem.tracks
