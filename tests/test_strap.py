@@ -1,13 +1,16 @@
 """A strap that takes its time: the mean of sudden releases, against diffrax under its force."""
 
+import dataclasses
 from pathlib import Path
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from rigs import BASE, NOMINAL, effects
+from rigs import BASE, NOMINAL, effects, release_problem
 
+from rigid.effects.gradual_release import GradualRelease
 from rigid.likelihood.assemble import assemble
+from rigid.likelihood.groups import predictions
 from rigid.likelihood.problem import Problem
 from rigid.physics import full, release
 from rigid.physics.rig import build_rig
@@ -77,9 +80,11 @@ def test_the_law_of_a_strap_is_logistic_linear_or_exponential(shape, quantile):
     np.testing.assert_allclose(found, expected, atol=2e-3 * 2e-3)
 
 
-def spec_with(priors: str) -> Spec:
-    """The reference campaign with priors of its own."""
-    return parse_spec(f"{EXAMPLE.read_text('utf-8')}\n[priors]\n{priors}\n", EXAMPLE)
+def spec_with(effect: str = "", vary: str = "") -> Spec:
+    """The reference campaign, with an effect more, and what varies."""
+    text = EXAMPLE.read_text("utf-8")
+    text = text.replace("[model]\neffects = [", f"[model]\nvary = {{{vary}}}\neffects = [{effect}")
+    return parse_spec(text, EXAMPLE)
 
 
 def assembled(spec: Spec) -> Problem:
@@ -90,23 +95,33 @@ def held_exact(spec: Spec) -> list[str]:
     return [one["name"] for one in taken(spec, assembled(spec), ())["held_exact"]]
 
 
-def test_a_duration_is_inferred_where_a_spec_has_a_prior_for_it_and_nowhere_else():
-    law = "{ lognormal = { median = 1e-3, factor = 4.0 } }"
-    specs = [
-        spec_with(priors)
-        for priors in (
-            "",
-            f'"release_duration[release-2,A]" = {law}',
-            f"release_duration = {law}",
-        )
-    ]
-    plain, one, every = map(assembled, specs)
+def test_straps_take_their_time_where_the_effect_is_in_the_model_and_nowhere_else():
+    named = f'"{GradualRelease.name}",'
+    plain, gradual = spec_with(), spec_with(named)
+    own = spec_with(named, 'release_duration = "record"')
+    labels = [set(assembled(spec).parameters.labels) for spec in (plain, gradual, own)]
     shape = {"release_begin", "release_end"}
-    new = [set(p.parameters.labels) - set(plain.parameters.labels) for p in (one, every)]
+    leads = {f"release_lead[release-{n},A]" for n in (1, 2)}
     lasting = {f"release_duration[release-{n},A]" for n in (1, 2)}
-    assert new == [{"release_duration[release-2,A]", *shape}, lasting | shape]
-    assert "release" in held_exact(specs[0])
-    assert "release" not in held_exact(specs[2])
-    law = next(p.prior for p in every.parameters.sampled if p.base == "release_time")
-    wide = law.from_standard(np.array([-9.0, 9.0]))
-    assert wide[1] - wide[0] == pytest.approx(3.0 * INTERVAL, rel=1e-3)
+    assert labels[1] - labels[0] == {"release_duration", *shape, *leads}
+    assert labels[2] - labels[0] == lasting | shape | leads
+    assert "release" in held_exact(plain)
+    assert "release" not in held_exact(gradual)
+
+
+@pytest.mark.slow
+def test_a_strap_that_begins_earlier_lets_go_earlier():
+    (group,) = release_problem({}).groups
+    group = dataclasses.replace(group, effects=effects((*BASE, GradualRelease.name)))
+    (one,) = group.tracks
+    own = {"release_duration": 2e-3, "release_begin": 0.3, "release_end": 0.3}
+    own |= {f"preload[{one.label}]": PRELOAD, f"release_time[{one.label}]": 15.4 * one.interval}
+
+    def read(lead: float) -> np.ndarray:
+        values = NOMINAL | own | {f"release_lead[{one.label}]": lead}
+        found = predictions([group], [{k: jnp.asarray([v]) for k, v in values.items()}])
+        return np.asarray(found[0]["acceleration"])[:, 0, 0]
+
+    usual, earlier = read(0.0), read(one.interval)
+    np.testing.assert_allclose(earlier[:-1], usual[1:], atol=0.1 * NOISE)
+    assert np.abs(earlier - usual).max() > 3.0 * NOISE

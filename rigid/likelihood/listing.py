@@ -119,11 +119,12 @@ def _physical(
     known = {one.label for one in fixed}
     for effect in effects:
         own = _of_a_record(spec.model.only.get(effect.name), tracks)
+        there = tuple(t for t in tracks if effect.acts_in(t.kind))
         for info in effect.parameters():
             for label, prior in zip(info.labels, info.priors, strict=True):
                 if label not in known:
                     one = of_effect(info, label, _described(prior))
-                    yield from _spread(spec, dataclasses.replace(one, **own), tracks)
+                    yield from _spread(spec, dataclasses.replace(one, **own), there or tracks)
                     if effect.place:
                         known.add(label)  # a number that joints share
 
