@@ -25,7 +25,7 @@ import numpy as np
 from discovery_cases import CLOCK, Case, Made, cases, make
 from discovery_figures import figures
 from discovery_page import answered, page
-from rows import carry_out, lines_of
+from rows import carry_out, lines_of, no_answer
 
 if TYPE_CHECKING:
     from rigid.discovery.workflow import Outcome
@@ -57,12 +57,8 @@ def discovered(made: Made, seed: int) -> tuple[dict, "Outcome | None"]:
 
     try:
         found = load(made.spec).discover(seed=seed, quiet=True)
-    except RigidError as error:
-        verdict = "refused" if error.status == 2 else "failed"
-        says = str(error).replace(f"{made.spec.parent}/", "")
-        return {"verdict": verdict, "steps": [], "says": says, "status": error.status}, None
-    except (np.linalg.LinAlgError, ValueError) as error:  # a defect: counted, and the run goes on
-        return {"verdict": "failed", "steps": [], "says": repr(error), "status": 3}, None
+    except (RigidError, ValueError) as error:  # the latter a defect: counted, and the run goes on
+        return no_answer(error, made.spec.parent), None
     asked, outcome = found.question, found.outcome
     told = as_dict(asked.spec, outcome, None)
     return json.loads(json.dumps(told, allow_nan=False)) | {"notes": asked.notes}, outcome

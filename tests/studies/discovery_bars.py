@@ -1,10 +1,11 @@
 """Sections of the benchmark's page beside the answers: the bars, baselines, coverage, harm."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from discovery_scores import (
+    BINS,
     CONFIDENT,
     NOTHING,
     UNNAMED,
@@ -22,6 +23,7 @@ from discovery_scores import (
 )
 
 Row = Mapping
+One = TypeVar("One")
 STRONG = 5.0
 ALPHA = 0.01
 LEVELS = (0.05, 0.95)
@@ -32,7 +34,7 @@ def of(rows: Iterable[Row], *populations: str) -> list[Row]:
     return [row for row in rows if row["case"]["population"] in populations]
 
 
-def share(rows: Sequence[Row], true: Callable[[Row], bool]) -> str:
+def share(rows: Sequence[One], true: Callable[[One], bool]) -> str:
     """Count, share and both bounds of those rows for which something holds."""
     count, total = sum(map(true, rows)), len(rows)
     return _counted(count, total)
@@ -84,6 +86,23 @@ def misnamed(row: Row, confident: float) -> bool:
     said = statement(row["answer"])
     wrong = said not in {NOTHING, UNNAMED} and said not in row["case"]["hide"]
     return wrong and stated(row["answer"]).get(said, 1.0) >= confident
+
+
+def reliability(probability: np.ndarray, right: np.ndarray) -> str:
+    """Share right over stated probability, its error, and that of a perfect forecaster."""
+    place = np.minimum((probability * BINS).astype(int), BINS - 1)
+    lines = [
+        f"| {i / BINS:.1f}-{(i + 1) / BINS:.1f} | {np.sum(place == i)} | "
+        f"{probability[place == i].mean():.3f} | {right[place == i].mean():.3f} |"
+        for i in range(BINS)
+        if np.any(place == i)
+    ]
+    return (
+        table("| stated | verdicts | mean stated | share right |", lines)
+        + f"\nExpected calibration error {calibration_error(probability, right):.3f} on "
+        f"{len(probability)} verdicts; a perfect forecaster stays below "
+        f"{forecaster_band(probability):.3f} in 95 % of the cases."
+    )
 
 
 class Counted(NamedTuple):

@@ -15,6 +15,7 @@ from discovery_bars import (
     harm,
     misnamed,
     of,
+    reliability,
     rightly,
     share,
     table,
@@ -23,14 +24,11 @@ from discovery_bars import (
 from discovery_cases import NAMES
 from discovery_misses import misses
 from discovery_scores import (
-    BINS,
     CONFIDENT,
     NO_ANSWER,
     NOTHING,
     UNNAMED,
     Known,
-    calibration_error,
-    forecaster_band,
     forecasts,
     known_from,
     log_scores,
@@ -209,20 +207,9 @@ def _confidence(rows: Sequence[Row]) -> str:
     probability, right = forecasts(rows)
     if not len(probability):
         return "## Confidence\n\nNo verdict has a probability yet.\n"
-    place = np.minimum((probability * BINS).astype(int), BINS - 1)
-    lines = [
-        f"| {i / BINS:.1f}-{(i + 1) / BINS:.1f} | {np.sum(place == i)} | "
-        f"{probability[place == i].mean():.3f} | {right[place == i].mean():.3f} |"
-        for i in range(BINS)
-        if np.any(place == i)
-    ]
     scores = log_scores(rows)
     return (
-        "## Confidence\n\n"
-        + table("| stated | verdicts | mean stated | share right |", lines)
-        + f"\nExpected calibration error {calibration_error(probability, right):.3f} on "
-        f"{len(probability)} verdicts; a perfect forecaster stays below "
-        f"{forecaster_band(probability):.3f} in 95 % of the cases. Log score {scores.mean():.3f} "
+        "## Confidence\n\n" + reliability(probability, right) + f" Log score {scores.mean():.3f} "
         f"nats (the mean of -log p of what was true; 0 is best), {len(scores)} verdicts.\n"
     )
 

@@ -1,11 +1,11 @@
 """What the answers of the discovery benchmark are worth: counts, bounds, calibration."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import beta, norm
+from scipy.stats import binomtest, norm
 
 NOTHING, UNNAMED = "nothing", "unnamed"
 NO_ANSWER = ("refused", "failed", "unreachable")
@@ -21,12 +21,16 @@ FORECASTERS = 2000
 
 def upper(count: int, of: int) -> float:
     """One-sided upper 95 % bound of a share (Clopper and Pearson 1934, Biometrika 26)."""
-    return 1.0 if count == of else float(beta.ppf(LEVEL, count + 1, of - count))
+    return _exact(count, of, "less").high
 
 
 def lower(count: int, of: int) -> float:
     """One-sided lower 95 % bound of a share."""
-    return 0.0 if count == 0 else float(beta.ppf(1.0 - LEVEL, count, of - count + 1))
+    return _exact(count, of, "greater").low
+
+
+def _exact(count: int, of: int, side: str):
+    return binomtest(count, of, alternative=side).proportion_ci(LEVEL, method="exact")
 
 
 def statement(answer: Mapping) -> str:
@@ -102,13 +106,27 @@ def forecaster_band(probability: np.ndarray, seed: int = 1) -> float:
     return float(np.quantile(errors, LEVEL))
 
 
-def forecasts(rows: Sequence[Mapping]) -> tuple[np.ndarray, np.ndarray]:
-    """Probability of each first statement (n,) and whether it was right (n,)."""
+def itself(said: str) -> set[str]:
+    """A statement that stands for itself alone."""
+    return {said}
+
+
+def forecasts(
+    rows: Sequence[Mapping],
+    names: Callable[[Mapping], set[str]] = true_names,
+    meant: Callable[[str], set[str]] = itself,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Probability of each first statement (n,) and whether it was right (n,).
+
+    - names: what would be right to say of a row; meant: all that a statement stands for, whose
+      probabilities are added up.
+    """
     pairs = []
     for row in rows:
         said, given = statement(row["answer"]), stated(row["answer"])
         if said in given:
-            pairs.append((given[said], float(said in true_names(row))))
+            sure = sum(given.get(name, 0.0) for name in meant(said))
+            pairs.append((sure, float(said in names(row))))
     array = np.array(pairs).reshape(-1, 2)
     return array[:, 0], array[:, 1]
 

@@ -6,7 +6,9 @@ from typing import NamedTuple
 
 import pytest
 import rows
-from rows import carry_out, lines_of
+from rows import carry_out, lines_of, no_answer, of_one_commit
+
+from rigid.io.errors import InputError
 
 
 class Case(NamedTuple):
@@ -31,7 +33,23 @@ def test_a_stopped_study_goes_on_with_what_has_no_row(tmp_path: Path):
     carry_out(path, cases, one, lambda row: row["answer"])
     assert seen == [3, 7, 7, 5]
     assert [row["answer"] for row in lines_of([path])] == [6, 14, 10]
-    assert all(row["commit"] for row in lines_of([path]))
+    assert all(row["commit"] and row["date"] for row in lines_of([path]))
+
+
+def test_rows_of_commits_are_not_mixed():
+    made = [{"commit": "old", "date": "2026-01-01"}] * 2 + [{"commit": "new", "date": "2026-02-01"}]
+    code = of_one_commit([*made, {"commit": "older"}])  # from before rows had a date
+    assert (code.commit, code.date, code.others) == ("new", "2026-02-01", {"old": 2, "older": 1})
+    assert list(code.rows) == made[2:]
+    assert len(of_one_commit(made, "old").rows) == 2
+    assert of_one_commit([]).commit == "no commit"
+
+
+def test_what_gives_no_answer_says_why_without_a_folder(tmp_path: Path):
+    said = no_answer(InputError(f"{tmp_path}/spec.toml: no record"), tmp_path)
+    assert said == {"verdict": "refused", "steps": [], "says": "spec.toml: no record", "status": 2}
+    said = no_answer(ValueError("a defect"), tmp_path)
+    assert (said["verdict"], said["status"]) == ("failed", 3)
 
 
 def test_rows_of_files_that_are_not_there_are_none(tmp_path: Path):
@@ -53,6 +71,7 @@ def test_rows_that_were_written_do_not_make_the_code_another(tmp_path: Path, mon
     monkeypatch.chdir(tmp_path)
     name = rows.commit()
     assert len(name) >= 7
+    assert rows.committed()[:2] == "20"
     table.write_text("2\n", encoding="utf-8")
     assert rows.commit() == name
     monkeypatch.chdir(code.parent / "docs")
