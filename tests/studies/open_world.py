@@ -3,13 +3,17 @@
     python tests/studies/open_world.py --campaigns 2
     python tests/studies/open_world.py --campaigns 2 --part 0/2
     python tests/studies/open_world.py --campaigns 1 --only plain stage --discover
+    python tests/studies/open_world.py --campaigns 60 --discover --first-seed N --part 0/2
     python tests/studies/open_world.py --table
+    python tests/studies/open_world.py --discover --first-seed N --table
 
 Simulates campaigns by tests/second_simulator (docs/studies/populations.md), fits each in process as
-`rigid.fit` does, and writes a line a campaign to OUT/fit.K.jsonl and the page to OUT.md.
-`--discover` runs discovery on them as well, lines in OUT/discover.K.jsonl. Resumable: a campaign
-that has its line is not run again. Seeds are for development; none of them may stand in a report on
-sealed campaigns.
+`rigid.fit` does, and writes a line a campaign to OUT/fit-SEED-COMMIT.K.jsonl, and OUT.md as page.
+`--discover` runs discovery on them, lines in OUT/discover-SEED-COMMIT.K.jsonl, page in
+OUT_discovery.md. A page has the rows of one first seed and one commit (`--commit`, the latest where
+it is left out), and says how many of others it leaves out. Resumable: a campaign that has its line
+from the same code is not run again. Seeds from FIRST_SEED on are for development; none of them may
+stand in a report on sealed campaigns.
 """
 
 import argparse
@@ -22,13 +26,23 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from open_world_discovery import page as page_of_discovery
 from open_world_page import page
-from rows import carry_out, lines_of
+from open_world_truth import acting
+from rows import OneCode, carry_out, commit, lines_of, no_answer, of_one_commit
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))  # where second_simulator lies
 
-FIRST_SEED = 910_000
-"""Of development; campaign i of every population has seed FIRST_SEED + i."""
+FIRST_SEED, DEVELOPED = 910_000, 10_000
+"""The first seed of development, and how many there are; campaign i of every population has the
+i-th seed after the first."""
+PROGRAM = "python tests/studies/open_world.py"
+LOOKALIKES = Path(__file__).resolve().parents[2] / "docs/studies/discovery/lookalikes.json"
+KEPT = (
+    *("verdict", "p_value", "probabilities", "steps", "gap"),
+    *("usable", "checks", "disagreements"),
+)
+"""What a row keeps of discovery.json."""
 HERTZ = (0.01, 80.0)
 """Frequencies at which a fit's table holds |mu|."""
 LARGEST = 5
@@ -48,6 +62,8 @@ def options() -> argparse.Namespace:
     parser.add_argument("--campaigns", type=int, default=2, help="of each population")
     parser.add_argument("--only", nargs="+", default=[], help="populations")
     parser.add_argument("--part", default="0/1", help="K/N: every N-th campaign from the K-th on")
+    parser.add_argument("--first-seed", type=int, default=FIRST_SEED)
+    parser.add_argument("--commit", help="of the rows of the page; left out: the latest")
     parser.add_argument("--starts", type=int, default=16, help="of the search of a fit")
     parser.add_argument("--discover", action="store_true", help="discovery in place of the fit")
     parser.add_argument("--table", action="store_true", help="write the page, run nothing")
@@ -55,14 +71,14 @@ def options() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def cases(campaigns: int, only: list[str]) -> Iterator[Case]:
-    """Index by index, so that lengths of records recur and compiled programs serve again."""
+def cases(campaigns: int, only: list[str], first_seed: int = FIRST_SEED) -> Iterator[Case]:
+    """Index by index: what is stopped early has whole rounds, and compiled programs serve again."""
     from second_simulator import POPULATIONS
 
     for i in range(campaigns):
         for place, population in enumerate(POPULATIONS):
             if not only or population in only:
-                yield Case(1000 * place + i, population, FIRST_SEED + i)
+                yield Case(1000 * place + i, population, first_seed + i)
 
 
 def truths(truth: dict) -> dict[str, float]:
@@ -122,7 +138,7 @@ def fitted(spec: Path, truth: dict, seed: int) -> dict:
 
 
 def discovered(spec: Path, seed: int, folder: Path) -> dict:
-    """Run discovery on a campaign as the command does."""
+    """Run discovery on a campaign as the command does; gives its status and the KEPT."""
     from rigid import discover as command
     from rigid.io.cli import Options
     from rigid.io.errors import RigidError
@@ -130,9 +146,10 @@ def discovered(spec: Path, seed: int, folder: Path) -> dict:
     chosen = Options(str(spec), folder, seed, resume=False, quiet=True, as_json=True)
     try:
         status = command.discover(chosen)
-    except RigidError as refusal:
-        return {"refused": str(refusal)}
-    return {"status": status} | json.loads((folder / "discovery.json").read_text("utf-8"))
+    except (RigidError, ValueError) as error:  # the latter a defect: counted, and the run goes on
+        return no_answer(error, folder.parent)
+    told = (folder / "discovery.json").read_text("utf-8").replace(f"{folder}/", "")
+    return {"status": status} | {key: json.loads(told)[key] for key in KEPT}
 
 
 def one(case: Case, discover: bool, starts: int) -> dict:
@@ -145,16 +162,17 @@ def one(case: Case, discover: bool, starts: int) -> dict:
         truth = json.loads((folder / "truth.json").read_text("utf-8"))
         with spec.open("a", encoding="utf-8") as file:
             file.write(f"\n[sampler]\nstarts = {starts}\n")
-        began = time.monotonic()
+        began, busy = time.monotonic(), time.process_time()
         if discover:
             answer = discovered(spec, case.seed, folder / "out")
         else:
             answer = fitted(spec, truth, case.seed)
+        seconds, core_s = time.monotonic() - began, time.process_time() - busy
     row = {"case": case._asdict(), "simulated": True, "nearest": truth["nearest"]}
     row |= {"scale": truth["rig"]["pump_scale"], "hidden": truth["hidden"]}
-    row["starts"] = starts
+    row |= {"truth": acting(truth), "starts": starts}
     row["straps"] = [run["strap"] for run in truth["runs"] if run["strap"]]
-    return row | {"seconds": round(time.monotonic() - began, 1), "answer": answer}
+    return row | {"seconds": round(seconds, 1), "core_s": round(core_s, 1), "answer": answer}
 
 
 def says(row: dict) -> object:
@@ -162,23 +180,59 @@ def says(row: dict) -> object:
     return answer.get("refused") or answer.get("verdict") or (answer["usable"], answer["gap"])
 
 
+def command(args: argparse.Namespace) -> str:
+    """The command line that a row is from, without where it was written and which part it is."""
+    words = [PROGRAM, *(["--discover"] if args.discover else []), f"--campaigns {args.campaigns}"]
+    words += [f"--first-seed {args.first_seed}", f"--starts {args.starts}"]
+    return " ".join(words + (["--only", *args.only] if args.only else []))
+
+
+def work(args: argparse.Namespace, kind: str) -> None:
+    """Run the campaigns of a part that have no row of this code yet."""
+    from rigid.io.runtime import prepare
+
+    prepare()
+    part, parts = map(int, args.part.split("/"))
+    name, told = f"{kind}-{args.first_seed}-{commit()}", command(args)
+    done = {row["case"]["number"] for row in lines_of(args.out.glob(f"{name}.*.jsonl"))}
+    mine = list(cases(args.campaigns, args.only, args.first_seed))[part::parts]
+
+    def run(case: Case) -> dict:
+        found = one(case, args.discover, args.starts)
+        return {"first_seed": args.first_seed, "command": told} | found
+
+    left = [case for case in mine if case.number not in done]
+    carry_out(args.out / f"{name}.{part}.jsonl", left, run, says)
+
+
+def written(args: argparse.Namespace, kind: str) -> str:
+    """The page of a kind of rows: those of the first seed and of one commit."""
+    from second_simulator import POPULATIONS
+
+    rows = lines_of(sorted(args.out.glob(f"{kind}*.jsonl")))
+    # rows from before there was a choice are from the first seed of development
+    rows = [row for row in rows if row.get("first_seed", FIRST_SEED) == args.first_seed]
+    code: OneCode = of_one_commit(rows, args.commit)
+    if kind == "fit":
+        return page(code, origin(args.first_seed))
+    known = json.loads(LOOKALIKES.read_text("utf-8"))
+    return page_of_discovery(code, known, args.only or list(POPULATIONS), origin(args.first_seed))
+
+
+def origin(first_seed: int) -> str:
+    """Where the seeds are from."""
+    if first_seed in range(FIRST_SEED, FIRST_SEED + DEVELOPED):
+        return "Seeds are for development: these figures say what to work on, they are no bar."
+    return f"Seeds are from {first_seed} on; those of development start at {FIRST_SEED}."
+
+
 def main() -> None:
     args = options()
     kind = "discover" if args.discover else "fit"
     if not args.table:
-        from rigid.io.runtime import prepare
-
-        prepare()
-        part, parts = map(int, args.part.split("/"))
-        path = args.out / f"{kind}.{part}.jsonl"
-        others = [other for other in args.out.glob(f"{kind}.*.jsonl") if other != path]
-        done = {row["case"]["number"] for row in lines_of(others)}
-        mine = [c for c in cases(args.campaigns, args.only) if c.number not in done]
-        carry_out(path, mine[part::parts], lambda case: one(case, args.discover, args.starts), says)
-    fits, discoveries = (
-        lines_of(sorted(args.out.glob(f"{name}.*.jsonl"))) for name in ("fit", "discover")
-    )
-    args.out.with_suffix(".md").write_text(page(fits, discoveries), "utf-8")
+        work(args, kind)
+    name = f"{args.out.name}_discovery.md" if args.discover else f"{args.out.name}.md"
+    args.out.with_name(name).write_text(written(args, kind), "utf-8")
 
 
 if __name__ == "__main__":

@@ -2,26 +2,29 @@
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
+from rows import OneCode
 
 Row = Mapping
 HEAD = """\
 # The open world: fits by population
 
 Campaigns of the [second simulator](populations.md), which shares no code with the package nor with
-its generator, fitted as `rigid.fit` does. All of it is simulated. Seeds are for development: these
-figures say what to work on, they are no bar. Populations stand apart and are never mixed.
+its generator, fitted as `rigid.fit` does. All of it is simulated. Populations stand apart and are
+never mixed. What discovery says of them: [by population](open_world_discovery.md).
 """
 QUANTITIES = ("k_LC", "k_oil", "mu", "abs_mu[0.01 Hz]", "abs_mu[80 Hz]")
 
 
-def page(fits: Sequence[Row], discoveries: Sequence[Row]) -> str:
-    commits = ", ".join(sorted({row["commit"] for row in (*fits, *discoveries)}))
-    parts = [HEAD, f"`python tests/studies/open_world.py`, code of {commits}.\n"]
-    if fits:
-        parts += [_fits(fits), _channels(fits)]
-    if discoveries:
-        parts.append(_discoveries(discoveries))
+def page(code: OneCode, origin: str) -> str:
+    """Write the page.
+
+    - origin: where the seeds are from.
+    """
+    left = f" {sum(code.others.values())} rows of other commits are left out." * bool(code.others)
+    made = f"`python tests/studies/open_world.py`, code of {code.commit}.{left}\n"
+    parts = [HEAD, f"{origin}\n", made]
+    if code.rows:
+        parts += [_fits(code.rows), _channels(code.rows)]
     return "\n".join(parts)
 
 
@@ -113,26 +116,4 @@ def _channels(fits: Sequence[Row]) -> str:
                 f"| {c['gap']:.2f} | {c['without_largest']:.2f} | {size:+.1f} at {at:.4f} s "
                 f"| {c['lag_1']:.2f} | {straps} |"
             )
-    return "\n".join(lines) + "\n"
-
-
-def _discoveries(rows: Sequence[Row]) -> str:
-    lines = [
-        "## Discovery\n",
-        "| population | seed | nearest | verdict | effects | probability | gap before, after |",
-        "|---" * 7 + "|",
-    ]
-    for population, own in _by_population(rows).items():
-        for row in own:
-            a = row["answer"]
-            head = f"| {population} | {row['case']['seed']} | {row['nearest'] or 'none'} "
-            if "refused" in a:
-                lines.append(head + f"| refused | | | {a['refused'].splitlines()[0]} |")
-                continue
-            names = ", ".join(str(step["effect"]) for step in a["steps"]) or "none"
-            odds = [step["probability"] for step in a["steps"]]
-            sure = ", ".join("-" if p is None else f"{p:.2f}" for p in odds)
-            gap = " to ".join(f"{np.nan if g is None else g:.3f}" for g in
-                              (a["gap"]["initial"], a["gap"]["final"]))  # fmt: skip
-            lines.append(head + f"| {a['verdict']} | {names} | {sure} | {gap} |")
     return "\n".join(lines) + "\n"
