@@ -157,11 +157,12 @@ def one(case: Case, discover: bool, starts: int) -> dict:
     from second_simulator import campaign
 
     with tempfile.TemporaryDirectory() as made:
-        folder = Path(made)
+        folder, began = Path(made), time.monotonic()
         spec = campaign(case.population, case.seed, folder)
         truth = json.loads((folder / "truth.json").read_text("utf-8"))
         with spec.open("a", encoding="utf-8") as file:
             file.write(f"\n[sampler]\nstarts = {starts}\n")
+        made_s = time.monotonic() - began
         began, busy = time.monotonic(), time.process_time()
         if discover:
             answer = discovered(spec, case.seed, folder / "out")
@@ -170,7 +171,7 @@ def one(case: Case, discover: bool, starts: int) -> dict:
         seconds, core_s = time.monotonic() - began, time.process_time() - busy
     row = {"case": case._asdict(), "simulated": True, "nearest": truth["nearest"]}
     row |= {"scale": truth["rig"]["pump_scale"], "hidden": truth["hidden"]}
-    row |= {"truth": acting(truth), "starts": starts}
+    row |= {"truth": acting(truth), "starts": starts, "made_s": round(made_s, 1)}
     row["straps"] = [run["strap"] for run in truth["runs"] if run["strap"]]
     return row | {"seconds": round(seconds, 1), "core_s": round(core_s, 1), "answer": answer}
 

@@ -31,7 +31,14 @@ def test_a_stopped_study_has_whole_rounds_and_goes_on(tmp_path, monkeypatch):
         if len(asked) == 3:
             raise KeyboardInterrupt
         said = {"verdict": "refused", "steps": [], "says": "no", "status": 2}
-        told = {"nearest": None, "hidden": [], "truth": [], "core_s": 1.0, "answer": said}
+        told = {
+            "nearest": None,
+            "hidden": [],
+            "truth": [],
+            "core_s": 1.0,
+            "made_s": 1.0,
+            "answer": said,
+        }
         return {"case": case._asdict()} | told
 
     def run(*words: str) -> str:

@@ -62,7 +62,7 @@ def row(population: str, said: dict, seed: int = 7) -> dict:
     return {
         "case": {"number": number, "population": population, "seed": seed},
         "nearest": made.nearest, "hidden": [{}] * bool(made.hidden), "truth": truth,
-        "answer": said, "core_s": 100.0 + seed, "command": "python x", "commit": "abc",
+        "answer": said, "core_s": 100.0 + seed, "made_s": 5.0, "command": "python x", "commit": "abc",
     }  # fmt: skip
 
 
@@ -218,7 +218,7 @@ def test_the_page_counts_what_it_says():
     assert f"| orifice | {LEAK} | 3 of 3 | 100.0 % | 36.8-100.0 % | 2 of 3 | 66.7 %" in text
     assert "| tight-place | 0 of 1 | 0.0 % | 0.0-95.0 % | 0 of 1" in text
     assert "| orifice | 3 | 0 | 0 |" in text
-    assert "| orifice | 3 | 101 | 102 |" in text
+    assert "| orifice | 3 | 101 | 102 | 5 |" in text
     assert "4 of 66 campaigns: what is said first" in text
     assert "| hum | 0 | named | pump-ripple | 0.95 | 0.500 | 1.000, 0.900 | run-1," in text
     assert "| jitter | 0 | refused | | | | | a/b |" in text
