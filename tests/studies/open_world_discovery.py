@@ -36,7 +36,8 @@ Campaigns of the [second simulator](populations.md), which shares no code with t
 its generator; discovery runs on each as the command does. All of it is simulated. Populations stand
 apart and are never mixed. Bounds are one-sided, 95 %, after Clopper and Pearson. A run that ended
 with status 1 (*failed check*), was refused or failed (*no answer*) has a column of its own and
-counts as right in nothing; an alarm or a wrong name counts whatever the checks say.
+counts as right in nothing. Shares of alarms and wrong names are of the runs that ended well and of
+all alarms, whatever the checks say.
 """
 
 
@@ -115,6 +116,10 @@ def _stand(group: Sequence[Judged], true: Callable[[Judged], bool], bar: float, 
     return standing(_count(group, true), len(group), bar, least)
 
 
+def _heard(group: Sequence[Judged]) -> list[Judged]:
+    return [one for one in group if one.heard]
+
+
 def _named(group: Sequence[Judged]) -> list[Judged]:
     return [one for one in group if one.names]
 
@@ -125,14 +130,14 @@ def _bars(groups: Groups) -> list[Bar]:
     for name, group in groups.items():
         sort = group[0].sort
         if sort == COMPLETE:
-            stands = _stand(group, lambda j: j.alarmed, ALARMS, ENOUGH)
+            stands = _stand(_heard(group), lambda j: j.alarmed, ALARMS, ENOUGH)
             asked = f"upper bound {100 * ALARMS:g} %, {ENOUGH} campaigns and more"
             found.append(Bar("false alarms", asked, name, stands))
             inside = _inside(least_p(group))
             found.append(Bar("least p-values of disagreements", "uniform", name, inside))
         else:
             limit, bar = WRONG[sort], f"{100 * WRONG[sort]:g} %"
-            for title, some in (("of campaigns", group), ("of those named", _named(group))):
+            for title, some in (("of campaigns", _heard(group)), ("of those named", _named(group))):
                 stands = _stand(some, lambda j: j.misnamed, limit)
                 found.append(
                     Bar(f"wrong name at {CONFIDENT:g}, {sort}, {title}", bar, name, stands)
@@ -171,8 +176,8 @@ def _summary(bars: Sequence[Bar]) -> str:
 
 def _alarms(groups: Groups) -> str:
     lines = [
-        f"| {name} | {share(group, lambda j: j.alarmed)} | "
-        f"{_stand(group, lambda j: j.alarmed, ALARMS, ENOUGH)} | "
+        f"| {name} | {share(_heard(group), lambda j: j.alarmed)} | "
+        f"{_stand(_heard(group), lambda j: j.alarmed, ALARMS, ENOUGH)} | "
         f"{_count(group, lambda j: bool(j.names))} | {_count(group, lambda j: j.misnamed)} | "
         f"{_count(group, lambda j: j.quiet)} | {_lost(group)} |"
         for name, group in groups.items()
@@ -191,7 +196,7 @@ def _wrong(groups: Groups) -> str:
         for name, group in _of(groups, sort).items():
             named = _named(group)
             cells = [f"{name}, {sort}", f"{100 * bar:g} %"]
-            for some in (group, named):
+            for some in (_heard(group), named):
                 cells.append(share(some, lambda j: j.misnamed))
                 cells.append(_stand(some, lambda j: j.misnamed, bar))
             lines.append(f"| {' | '.join(cells)} |")

@@ -69,6 +69,11 @@ class Judged(NamedTuple):
         return not self.lost and self.answer["verdict"] != "nothing-missing"
 
     @property
+    def heard(self) -> bool:
+        """Whether it counts for alarms and wrong names: a run that ended well, or an alarm."""
+        return self.sound or self.alarmed
+
+    @property
     def quiet(self) -> bool:
         """Whether nothing is said to be missing, in a run that ended well."""
         return self.sound and not self.alarmed

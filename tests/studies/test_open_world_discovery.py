@@ -62,7 +62,8 @@ def row(population: str, said: dict, seed: int = 7) -> dict:
     return {
         "case": {"number": number, "population": population, "seed": seed},
         "nearest": made.nearest, "hidden": [{}] * bool(made.hidden), "truth": truth,
-        "answer": said, "core_s": 100.0 + seed, "made_s": 5.0, "command": "python x", "commit": "abc",
+        "answer": said, "core_s": 100.0 + seed, "made_s": 5.0,
+        "command": "python x", "commit": "abc",
     }  # fmt: skip
 
 
@@ -102,6 +103,8 @@ def test_a_failed_check_and_a_refusal_are_right_in_nothing():
     assert not any(one.alarmed for one in (quiet, unusable, refused))
     [alarm] = of("plain", answer("unnamed", step(None, 0.9), status=1))
     assert alarm.alarmed  # whatever the checks say
+    heard = [one.heard for one in (quiet, unusable, refused, alarm)]
+    assert heard == [True, False, False, True]  # what says nothing makes no share smaller
     assert not alarm.found
     [right] = of("orifice", answer("named", step(LEAK, 0.99), status=1))
     assert (right.found, right.rightly, right.in_equation) == (False, False, False)
@@ -213,7 +216,7 @@ def test_the_page_counts_what_it_says():
     assert "left out: 3 of old." in text
     assert "| plain | 0 of 60 | 0.0 % | 0.0-4.9 % | met | 0 | 0 | 60 | 0 | 0 |" in text
     assert "| hum | 1 of 1 | 100.0 % | 5.0-100.0 % | too few to say | 1 | 1 | 0 | 0 | 0 |" in text
-    assert "| jitter | 0 of 1 | 0.0 % | 0.0-95.0 % | too few to say | 0 | 0 | 0 | 0 | 1 |" in text
+    assert "| jitter | 0 of 0 | - | - | - | 0 | 0 | 0 | 0 | 1 |" in text
     assert "| orifice, in the catalogue | 2 % | 1 of 3 | 33.3 %" in text
     assert f"| orifice | {LEAK} | 3 of 3 | 100.0 % | 36.8-100.0 % | 2 of 3 | 66.7 %" in text
     assert "| tight-place | 0 of 1 | 0.0 % | 0.0-95.0 % | 0 of 1" in text
