@@ -133,6 +133,9 @@ def _beginning(
     values = dict(one.shape) | {one.amplitude: amplitude}
     out = []
     for parameter in extended.brought_by(one.effect):
+        if parameter.label not in values:  # a record's own, of which the candidate says nothing
+            out.append(0.0)
+            continue
         value = values[parameter.label]
         # A second amplitude that the candidate leaves absent begins small, not at minus infinity.
         out.append(float(np.clip(standard_of(parameter.prior, value), -3.0, 3.0)))

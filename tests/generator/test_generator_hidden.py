@@ -50,7 +50,7 @@ def held(truth: Truth, hidden: Hidden) -> tuple[float, float]:
 
 
 def test_every_effect_that_can_be_missing_can_be_hidden():
-    assert len(CATALOGUED) == 26
+    assert len(CATALOGUED) == 27
     assert len(OUTSIDE) >= 5
     assert not set(CATALOGUED) & set(OUTSIDE)
 
@@ -404,3 +404,16 @@ def test_the_page_says_what_the_class_says(name):
     kinds = "all" if len(one.kinds) == 4 else ", ".join(one.kinds)
     law = one.law.replace("|", "\\|")
     assert row == f"| `{name}` | {one.equation} | {law} | {kinds} |"
+
+
+def test_a_strap_that_lets_go_holds_the_mean_for_half_of_its_time(truth):
+    """What swings slowly is late by T/2; the momentum lost by then is F_0 T/2."""
+    lasts = 1e-5
+    sudden, gradual = (
+        states(truth, RELEASE, one, np.array([0.0, lasts]))
+        for one in (cause("gradual-release", 0.0), cause("gradual-release", lasts))
+    )
+    mass, (preload, _) = truth.rig.mass_plunger, RELEASE.hook()
+    lost = mass * (sudden[3, -1] - gradual[3, -1])
+    # within T friction, 1e5 N s/m at some mm/s, takes less than a hundredth of that
+    assert lost == pytest.approx(preload * lasts / 2.0, rel=0.01)

@@ -54,16 +54,13 @@ NULLS = {
     "release-on-a-sample-coloured": Population(
         chain=Chain(window=0.1, place=0.5, colour=(0.7, 0.85)), grid=True
     ),
-    "slow-strap": Population(strap=(1e-3, 4e-3, "logistic")),
-    "linear-strap": Population(strap=(1e-3, 4e-3, "linear")),
-    "exponential-strap": Population(strap=(1e-3, 4e-3, "exponential")),
     "pump-scale": Population(scale=1.02),
     "pump-statement": Population(scale=1.64 / 1.68),
     "frame-stiffness": Population(frame=1.06),
     "intake-density": Population(intake=True),
 }
-"""Nothing is missing that a name of the catalogue stands for; intake and straps are physics that
-the model takes otherwise. `pump-statement`: q_min of the paper's (1) over that of (22)."""
+"""Nothing is missing that a name of the catalogue stands for; the intake is physics that the model
+takes otherwise. `pump-statement`: q_min of the paper's (1) over that of (22)."""
 
 
 def _about(rng: np.random.Generator, value: float) -> float:
@@ -83,7 +80,7 @@ def _drift(rng: np.random.Generator) -> Cause:
 CATALOGUED: dict[str, tuple[str, Draw]] = {
     "dry": ("coulomb-friction", lambda r: c.DryFriction(_about(r, 2500.0))),
     "dahl": ("coulomb-friction", lambda r: c.Dahl(_about(r, 2500.0), 2e8)),
-    "orifice": ("piston-leakage", lambda r: c.OrificeLeak(_about(r, 4e-14), _about(r, 2e-10))),
+    "orifice": ("piston-leakage", lambda r: c.OrificeLeak(_about(r, 4e-15), _about(r, 2e-11))),
     "air": ("entrained-air", lambda r: c.DissolvingAir(_about(r, 4e-3))),
     "hose": ("hose-pressure-drop", lambda r: c.HoseDrop(_about(r, 1e14))),
     "stage": ("pump-stage-switch", lambda r: c.StageSwitch(_about(r, 136e5))),
@@ -100,18 +97,23 @@ CATALOGUED: dict[str, tuple[str, Draw]] = {
         lambda r: c.Lag("acceleration", _about(r, 6e-4), 0.1),
     ),
     "creeping-cell": ("load-cell-creep", lambda r: c.CreepingCell(_about(r, 0.01), _about(r, 2.0))),
-    "shut-valve-leak": ("shut-valve-leakage", lambda r: c.ShutValveLeak(_about(r, 2e-13))),
+    "shut-valve-leak": ("shut-valve-leakage", lambda r: c.ShutValveLeak(_about(r, 8e-15))),
     "lagging-gauge": ("pressure-gauge-lag", lambda r: c.Lag("pressure", _about(r, 0.03))),
     "warming": ("temperature-drift", lambda r: c.Warming(_about(r, 800.0), _about(r, 1e5), 4.0)),
 }
 OUTSIDE: dict[str, Draw] = {
-    "square-friction": lambda r: c.Cubic(_about(r, 3e8)),
+    "square-friction": lambda r: c.Cubic(_about(r, 3e7)),
     "tight-place": lambda r: c.StrokeBump(_about(r, 2500.0), float(r.uniform(0.01, 0.05)), 8e-3),
 }
+STRAPS = {"slow": "logistic", "linear": "linear", "exponential": "exponential"}
 POPULATIONS = (
     NULLS
     | {name: Population(draw, nearest) for name, (nearest, draw) in CATALOGUED.items()}
     | {name: Population(draw) for name, draw in OUTSIDE.items()}
+    | {
+        f"{name}-strap": Population(nearest="gradual-release", strap=(1e-3, 4e-3, law))
+        for name, law in STRAPS.items()
+    }
     | {
         "clock": Population(
             nearest="clock-offset", chain=Chain(late=(("pressure", 0.02), ("load", 0.02)))

@@ -8,12 +8,12 @@ from discovery_scores import NOTHING, UNNAMED, Known
 Row = Mapping[str, Any]
 COMPLETE, CATALOGUED, OUTSIDE = "nothing missing", "in the catalogue", "outside the catalogue"
 STRAPS = ("slow-strap", "linear-strap", "exponential-strap")
-OTHERWISE = (*STRAPS, "intake-density")
+OTHERWISE = ("intake-density",)
 """Populations without a hidden cause whose physics the model takes otherwise."""
 TWIN = 0.98
 """Cosine of the traces of two causes from which on either name is right."""
 EQUATIONS = {
-    **dict.fromkeys(("square-friction", "tight-place", *STRAPS), "plunger-momentum"),
+    **dict.fromkeys(("square-friction", "tight-place"), "plunger-momentum"),
     "intake-density": "pump",
 }
 """Where causes enter that the catalogue has not; all others enter where their nearest does."""

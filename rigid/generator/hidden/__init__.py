@@ -39,7 +39,13 @@ from rigid.generator.hidden.sensing import (
     StrokeWave,
     Warming,
 )
-from rigid.generator.hidden.structure import GuideDrag, RootPlate, Slack, Stiffening
+from rigid.generator.hidden.structure import (
+    GradualRelease,
+    GuideDrag,
+    RootPlate,
+    Slack,
+    Stiffening,
+)
 
 
 def _by_name(*causes: type[Hidden]) -> dict[str, type[Hidden]]:
@@ -51,7 +57,7 @@ CATALOGUED = _by_name(
     *(EffectiveArea, Leakage, Air, HoseDrop, StageSwitch, Ripple, ValveEvent),
     *(Stiffening, RootPlate, Slack, StrokeLag, LoadDrift, ClockOffset),
     *(ConstantForce, BackwardViscosity),
-    *(ShutLeakage, GaugeLag, LoadCreep, Warming, Mounting),
+    *(ShutLeakage, GaugeLag, LoadCreep, Warming, Mounting, GradualRelease),
 )
 OUTSIDE = _by_name(
     *(RoughBore, GuideDrag, OilStiffening, PumpSlip, ValveDribble, GaugeJump, StrokeWave),

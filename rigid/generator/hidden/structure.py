@@ -1,12 +1,12 @@
 """Causes in what holds the rig: load-cell end, root plate, frame, guides."""
 
-from dataclasses import dataclass
-from math import exp, pi
+from dataclasses import dataclass, replace
+from math import cos, exp, pi
 from typing import no_type_check
 
 import numpy as np
 
-from rigid.generator.core import Action, Motion, Seen
+from rigid.generator.core import Action, Motion, Piece, Rig, Run, Seen
 from rigid.generator.hidden.base import Hidden, cause, of_rig, spread
 
 FULL_LOAD = 200e3  # N
@@ -84,6 +84,43 @@ class Slack(Hidden):
         """Take off what the frame does not carry yet."""
         missing = self.amplitude * (1.0 - exp(-max(motion.x_pl, 0.0) / self.amplitude))
         return Action(on_plunger=self.stiffness * missing)
+
+
+@dataclass(frozen=True)
+class Holding(Piece):
+    """A strap that lets go of a preload [N] in a time [s]."""
+
+    preload: float
+    lasts: float
+
+    @no_type_check  # see Plant.rates
+    def act(self, t: float, motion: Motion, own: list[float]) -> Action:
+        """Hold what it still holds."""
+        return Action(on_plunger=-self.preload * (1.0 + cos(pi * t / self.lasts)) / 2.0)
+
+
+@cause(
+    "gradual-release", "contact", 3e-4,
+    "the strap holds F_0 (1 + cos(pi t/T))/2 until T after the release", ("release",),
+)  # fmt: skip
+@dataclass(frozen=True)
+class GradualRelease(Hidden):
+    """The strap takes this long [s] to let go; the preload is the run's."""
+
+    preload: float = of_rig("preload")
+
+    def pieces(self, rig: Rig, run: Run) -> tuple[Piece, ...]:
+        """Give it with the run's preload."""
+        return (replace(self, preload=run.hook()[0]),)
+
+    def breaks(self) -> tuple[float, ...]:
+        """When the strap has let go."""
+        return (self.amplitude,)
+
+    def during(self, start: float, end: float) -> Piece:
+        """Give the strap until then, and nothing afterwards."""
+        holds = (start + end) / 2 < self.amplitude
+        return Holding(self.preload, self.amplitude) if holds else self
 
 
 @cause("guide-drag", "cylinder-momentum", 6e3, "F = -c x_HC' on the cylinder")
