@@ -4,6 +4,7 @@ import dataclasses
 import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -104,7 +105,7 @@ class Problem(eqx.Module):
         """Joints of the machine that the records are of; () for the rig of eqs. (19)-(22)."""
         return next((group.places for group in self.groups), ())
 
-    @property
+    @cached_property
     def sensors(self) -> tuple[str, ...]:
         """Labels of the sensors, "quantity,cylinder", in order."""
         return tuple(dict.fromkeys(p.sensor(i) for p in self.pieces for i in range(len(p.tracks))))

@@ -7,6 +7,7 @@ then hold one of their jumps, and be taken for a number that the records know to
 
 import dataclasses
 from collections.abc import Sequence
+from itertools import zip_longest
 from typing import NamedTuple
 
 import numpy as np
@@ -45,10 +46,27 @@ class Program:
         return list(range(0 if every else total - added_size(hypothesis), total))
 
     def lanes(self, hypothesis: Hypothesis) -> int:
-        """Simulations by `family` that a point takes: one a slope, and itself for differences."""
-        own = len(self.own(hypothesis))
+        """Simulations by `family` that a point takes: one a direction, itself for differences."""
+        own = len(self.directions(hypothesis))
         each = max(own, 1) if self.family.steady else 1 + own
         return each * len(_scenes(hypothesis))
+
+    def directions(self, hypothesis: Hypothesis) -> list[list[int]]:
+        """Entries of w by which `family` gives slopes, those together that change in one lane.
+
+        A number of one record's own moves nothing of another (`rigid.inference.tangents`), so that
+        one such number of each record changes with those of the others.
+        """
+        shared: list[list[int]] = []
+        own: dict[str, list[int]] = {}
+        for i in self.own(hypothesis):
+            record = hypothesis.parameters[i].record
+            if record:
+                own.setdefault(record, []).append(i)
+            else:
+                shared.append([i])
+        rows = zip_longest(*own.values())
+        return shared + [[i for i in row if i is not None] for row in rows]
 
 
 class Point(NamedTuple):
@@ -177,48 +195,70 @@ def _values(program: Program, point: Point) -> list[Values]:
     return out
 
 
-def _moved(program: Program, hypothesis: Hypothesis) -> list[str]:
-    """Labels of the numbers by which the program gives slopes."""
-    return [hypothesis.labels[i] for i in program.own(hypothesis)]
+def _slopes(
+    point: Point, directions: Sequence[Sequence[int]], along: Float[np.ndarray, "n lanes"]
+) -> Float[np.ndarray, "n own"]:
+    """Slopes by each number, in the order of w, from those along directions.
+
+    By a number of one record's own the others have none.
+    """
+    places = sorted(i for together in directions for i in together)
+    out = np.zeros((len(along), len(places)))
+    for lane, together in enumerate(directions):
+        for i in together:
+            record = point.hypothesis.parameters[i].record
+            rows = point.layout.of_record(record) if record else slice(None)
+            out[rows, places.index(i)] = along[rows, lane]
+    return out
 
 
 def _differences(program: Program, points: Sequence[Point]) -> list[Swept]:
     """Readings and slopes of every scene of every point, the point itself in its first lane."""
-    lanes, counts = [], []
+    lanes, asked = [], []
     for point in points:
-        moved = _moved(program, point.hypothesis)
+        directions = program.directions(point.hypothesis)
         for every, slope in _values(program, point):
-            shifts = ({k: every[k] + STEP * slope[k]} if k in slope else {} for k in moved)
+            moved = _along(point.hypothesis, directions, slope)
+            shifts = ({k: every[k] + STEP * rise for k, rise in one.items()} for one in moved)
             lanes += [every, *(every | shift for shift in shifts)]
-            counts.append(1 + len(moved))
+            asked.append((point, directions))
     reading = flat_readings(points[0].layout, read(program.family, _side_by_side(lanes)))
     out, at = [], 0
-    for count in counts:
-        here, there = reading[:, at], reading[:, at + 1 : at + count]
-        out.append(Swept(here, (there - here[:, None]) / STEP))
-        at += count
+    for point, directions in asked:
+        here, there = reading[:, at], reading[:, at + 1 : at + 1 + len(directions)]
+        out.append(Swept(here, _slopes(point, directions, (there - here[:, None]) / STEP)))
+        at += 1 + len(directions)
     return out
 
 
 def _derivatives(program: Program, points: Sequence[Point]) -> list[Swept]:
     """The same by derivatives, one in each lane; a scene without any has a lane all the same."""
-    lanes, counts = [], []
+    lanes, asked = [], []
     along: list[dict[str, float]] = []
     for point in points:
-        moved = _moved(program, point.hypothesis)
+        directions = program.directions(point.hypothesis)
         for every, slope in _values(program, point):
-            lanes += [every] * max(len(moved), 1)
-            along += [{label: slope.get(label, 0.0)} for label in moved] or [{}]
-            counts.append(len(moved))
+            lanes += [every] * max(len(directions), 1)
+            along += _along(point.hypothesis, directions, slope) or [{}]
+            asked.append((point, directions))
     names = {label for lane in along for label in lane}
     tangents = {name: np.array([lane.get(name, 0.0) for lane in along]) for name in names}
     swept = sweep(program.family, _side_by_side(lanes), tangents)
     reading, slopes = split_swept(points[0].layout, swept)
     out, at = [], 0
-    for count in counts:
-        out.append(Swept(reading[:, at], slopes[:, at : at + count]))
-        at += max(count, 1)
+    for point, directions in asked:
+        mine = slopes[:, at : at + len(directions)]
+        out.append(Swept(reading[:, at], _slopes(point, directions, mine)))
+        at += max(len(directions), 1)
     return out
+
+
+def _along(
+    hypothesis: Hypothesis, directions: Sequence[Sequence[int]], slope: dict[str, float]
+) -> list[dict[str, float]]:
+    """Change of the numbers along each direction, by label; of those that are there."""
+    named = ([hypothesis.labels[i] for i in together] for together in directions)
+    return [{label: slope[label] for label in labels if label in slope} for labels in named]
 
 
 def _side_by_side(lanes: Sequence[dict[str, float]]) -> dict[str, np.ndarray]:

@@ -31,9 +31,9 @@ Swept = list[tuple[dict[str, np.ndarray], dict[str, np.ndarray]]]
 """Readings and their slopes by quantity, (samples, tracks, lanes), for every group."""
 Parts = tuple[dict[str, Array], ...]
 
-LANES, FEW = 32, 8
-"""Simulations side by side in one program, of steady effects and of others; a sweep of more takes
-several turns."""
+LANES = 16
+"""Simulations side by side in one program; a sweep of more takes several turns. A turn of steady
+effects with derivatives takes a third of one of 32, a turn of others as long as one of 8."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Family:
 
     - `effects`: those further ones. - `groups`: with all of them. - `quiet`: values by label at
       which none of the further effects is there. - `width`: simulations side by side; left out,
-      as many as suit the effects.
+      LANES.
     """
 
     effects: Effects
@@ -58,9 +58,7 @@ class Family:
     @property
     def lanes(self) -> int:
         """Simulations side by side."""
-        if self.width is not None:
-            return self.width
-        return LANES if self.steady else FEW
+        return LANES if self.width is None else self.width
 
     def over(self, problem: Problem) -> "Family":
         """Return the program of the same effects for other records of the same model."""

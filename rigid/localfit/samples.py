@@ -83,6 +83,16 @@ class Layout:
         numbers = np.array([self.tracks.index(c.track) for c in self.channels])
         return numbers[self.channel]
 
+    def of_record(self, name: str) -> np.ndarray:
+        """Which samples are of a record, whatever its cylinders (n,)."""
+        return self._records[name]
+
+    @cached_property
+    def _records(self) -> dict[str, np.ndarray]:
+        """Which samples are of each record, by its name."""
+        names = np.array([self.problem.track(label).name for label in self.tracks])
+        return {name: (names == name)[self.track] for name in dict.fromkeys(names.tolist())}
+
     @cached_property
     def sensor(self) -> np.ndarray:
         """Number of each sample's sensor (n,), in the order of `problem.sensors`."""
