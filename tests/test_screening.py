@@ -21,10 +21,10 @@ from rigid.likelihood.groups import SlowGroup
 from rigid.likelihood.priors import Lognormal, Normal
 from rigid.likelihood.problem import Problem
 from rigid.likelihood.tracks import Series
-from rigid.localfit.ascent import CLOSER, refined
+from rigid.localfit.ascent import refined
 from rigid.localfit.candidates import candidates
 from rigid.localfit.evidence import Bundle, amplitudes, log_bayes
-from rigid.localfit.expansion import Point, Program, expand, expanded
+from rigid.localfit.expansion import Point, Program, expanded
 from rigid.localfit.families import Family, families, quiet_values, sweep
 from rigid.localfit.hidden_inputs import HiddenDrag
 from rigid.localfit.hypothesis import Hypothesis, start, widened
@@ -221,19 +221,18 @@ def test_differences_are_derivatives(listed, monkeypatch):
 
 
 @pytest.mark.slow
-def test_a_fit_that_stalls_on_old_slopes_renews_them():
-    """Slopes kept from another model may lead downhill; the optimum is then still found."""
-    local, programs = fitted(campaign(300, load_drift=20.0))
-    effect = CATALOGUE["load-cell-drift"]
-    extended = Hypothesis(local.layout.problem).plus(effect)
-    away = widened(local.w, len(local.layout.problem.sensors), [0.1])
-    away[0] += 0.05
-    misled = local.design * np.where(np.arange(local.design.shape[1]) == 0, -1.0, 1.0)
-    point, ends = Point(extended, local.layout, away, local.z_noise), []
-    for known in (None, misled):
-        (begun,) = expand(Program(programs[0], kept=known), [point])
-        ends.append(refined(begun, known is not None).value)
-    assert ends[1] == pytest.approx(ends[0], abs=2.0 * CLOSER)
+def test_numbers_of_one_record_each_that_change_together_have_the_slopes_they_have_alone(
+    monkeypatch,
+):
+    local, _ = fitted(campaign(305))
+    program = Program(local.family)
+    together = program.directions(local.hypothesis)
+    assert sorted(i for some in together for i in some) == program.own(local.hypothesis)
+    assert len(together) < len(local.hypothesis.parameters)
+    alone = [[i] for i in program.own(local.hypothesis)]
+    monkeypatch.setattr(Program, "directions", lambda *_: alone)
+    again = expanded(local.family, Point.beside(local, local.w))
+    np.testing.assert_allclose(again.design, local.design, rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.slow

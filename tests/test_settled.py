@@ -11,7 +11,6 @@ from rigid.discovery.refit import Refit
 from rigid.discovery.workflow import WIDENED, Judged, refusal
 from rigid.inference.search import search
 from rigid.inference.settled import AWAY, CHANCE, away_from_top, settled
-from rigid.localfit import ascent
 from rigid.localfit.ascent import refined
 from rigid.localfit.candidates import Candidate
 from rigid.localfit.expansion import Point, expanded
@@ -87,24 +86,6 @@ def test_a_refit_below_the_fit_that_it_holds_is_not_settled(clean):
     one = Refit(bare(Candidate, effect=effect), local, begun, 0.0)
     assert "not settled" in refusal(one, judged())
     assert refusal(dataclasses.replace(one, after=refined(begun)), judged()) == ""
-
-
-@pytest.mark.slow
-def test_a_climb_that_is_stuck_where_slopes_are_no_numbers_keeps_where_it_came_to(
-    clean, monkeypatch
-):
-    local, _ = clean
-    lost = dataclasses.replace(local, design=np.full_like(local.design, np.nan))
-    stuck = ascent.Climb(local, local, 0.0, close=-1.0)
-    assert stuck.stuck
-
-    def climbed(_program, found, *_):
-        assert found[0] is local  # from no place without slopes
-        return [stuck]
-
-    monkeypatch.setattr(ascent, "climbed", climbed)
-    monkeypatch.setattr(ascent, "expanded", lambda *_: lost)
-    assert ascent._refined(local, True, 3) is local
 
 
 def judged(gap: float = 1.0, gain: float = 5.0) -> Judged:

@@ -11,7 +11,7 @@ from rigid.io.cache import NOTHING_KEPT, Shelf
 from rigid.localfit.ascent import refined
 from rigid.localfit.candidates import Candidate, standard_of
 from rigid.localfit.evidence import amplitudes, most_probable
-from rigid.localfit.expansion import Point, Program, expand
+from rigid.localfit.expansion import Point, expanded
 from rigid.localfit.families import Family
 from rigid.localfit.hypothesis import Hypothesis, widened
 from rigid.localfit.local import LocalFit
@@ -92,18 +92,15 @@ def _fits(
     - `model`: with its effect, and the program.
     """
     base, (extended, family) = fit.local, model
-    chord = any(not e.steady for e in family.effects)
     before = base
-    if chord:
-        (before,) = expand(Program(family, kept=base.design), [Point.beside(base, base.w)])
-        before = refined(before, chord, BEFORE_STEPS)
+    if any(not e.steady for e in family.effects):
+        before = refined(expanded(family, Point.beside(base, base.w)), BEFORE_STEPS)
     more = _beginning(found, number, extended)
-    program = Program(family, kept=before.design if chord else None)
 
     def led(w: np.ndarray, own: list[float]) -> LocalFit:
         w = widened(w, len(base.layout.problem.sensors), own)
-        (start,) = expand(program, [Point(extended, base.layout, w, before.z_noise)])
-        return refined(start, chord) if start.finite else start
+        start = expanded(family, Point(extended, base.layout, w, before.z_noise))
+        return refined(start) if start.finite else start
 
     ends = [led(w, more) for w in (before.w, *nearer_priors(before))]
     after = max(ends, key=_height)

@@ -1,10 +1,4 @@
-"""Hypotheses led to their optima side by side: each turn of the program serves them all.
-
-Where simulations are dear (rigs that are not steady), slopes by the model's old numbers are kept
-from the fit that a hypothesis began with and only those of the added effects are renewed. Where no
-step then leads up, all slopes are renewed once: a slack of 2 um moves those by k_LC by a hundredth,
-three hundred noise sds.
-"""
+"""Hypotheses led to their optima side by side: each turn of the program serves them all."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -12,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from rigid.localfit.expansion import Point, Program, expand, expanded
+from rigid.localfit.expansion import Point, Program, expand
 from rigid.localfit.local import LocalFit, fitted_noise, with_noise
 from rigid.localfit.trust_region import model_of, moved_within, promised
 
@@ -70,11 +64,6 @@ class Climb(NamedTuple):
         return self.radius >= SHORTEST and promised(self.best) > self.close
 
     @property
-    def stuck(self) -> bool:
-        """Whether no step leads up, though the top of the model is further up."""
-        return self.radius < SHORTEST and promised(self.best) > self.close
-
-    @property
     def reach(self) -> float:
         """How far the next step may go."""
         return self.radius if self.here is self.best else LONGEST
@@ -111,40 +100,22 @@ def settled(program: Program, found: Sequence[LocalFit], turns: int) -> list[Loc
     return descended(program, [with_noise(one, fitted_noise(one)) for one in found], turns)
 
 
-def refined(local: LocalFit, chord: bool = False, most: int = MOST_STEPS) -> LocalFit:
+def refined(local: LocalFit, most: int = MOST_STEPS) -> LocalFit:
     """Lead one hypothesis and its noise levels to their optima, CLOSER.
 
-    - `chord`: keep the slopes by all but the added effects' numbers.
+    - `most`: turns before each round of the noise levels, and after the last.
     """
+    program = Program(local.family)
     for _ in range(NOISE_ROUNDS):
-        local = _refined(local, chord, most)
+        (local,) = descended(program, [local], most, CLOSER)
         local = with_noise(local, fitted_noise(local))
-    return _refined(local, chord, most)
-
-
-def _refined(local: LocalFit, chord: bool, most: int) -> LocalFit:
-    if not chord:
-        return descended(Program(local.family), [local], most, CLOSER)[0]
-    (end,) = climbed(Program(local.family, kept=local.design), [local], most, CLOSER)
-    if not end.stuck:
-        return end.best
-    renewed = expanded(local.family, Point.beside(end.best, end.best.w))
-    if not renewed.finite:  # it can be simulated there, but not told how it changes
-        return end.best
-    return descended(Program(local.family, kept=renewed.design), [renewed], most, CLOSER)[0]
+    return descended(program, [local], most, CLOSER)[0]
 
 
 def descended(
     program: Program, found: Sequence[LocalFit], turns: int = MOST_TURNS, close: float = CLOSE
 ) -> list[LocalFit]:
     """Lead hypotheses uphill, noise levels held, for so many turns of the program at most."""
-    return [climb.best for climb in climbed(program, found, turns, close)]
-
-
-def climbed(
-    program: Program, found: Sequence[LocalFit], turns: int, close: float = CLOSE
-) -> list[Climb]:
-    """The same, with how each climb ended."""
     climbs = [Climb(one, one, LONGEST, close) for one in found]
     for _ in range(turns):
         open_ = [i for i, climb in enumerate(climbs) if climb.open]
@@ -161,7 +132,7 @@ def climbed(
         tried = iter(expand(program, points))
         for i in open_:
             climbs[i] = climbs[i].after([Tried(*pair, next(tried)) for pair in steps[i]])
-    return climbs
+    return [climb.best for climb in climbs]
 
 
 def _steps(

@@ -28,22 +28,18 @@ size was up to 1e5, log evidences by 1e-4."""
 class Program:
     """A compiled program, and where slopes come from.
 
-    - `family`: simulates hypotheses. All slopes are its own, but for one of two:
+    - `family`: simulates hypotheses, and gives all slopes where there is no
     - `plain`: the program of the model without what the hypotheses add, whose turns cost next to
       nothing: slopes by all numbers but the added effects' are taken from it, at the same values.
-    - `kept` (n, size): slopes of some fit, which all but the added effects' numbers keep (a chord
-      method). The readings themselves are always exact.
     """
 
     family: Family
     plain: Family | None = None
-    kept: Float[np.ndarray, "n size"] | None = None
 
     def own(self, hypothesis: Hypothesis) -> list[int]:
         """Entries of w by which `family` gives slopes."""
         total = len(hypothesis.parameters)
-        every = self.plain is None and self.kept is None
-        return list(range(0 if every else total - added_size(hypothesis), total))
+        return list(range(0 if self.plain is None else total - added_size(hypothesis), total))
 
     def lanes(self, hypothesis: Hypothesis) -> int:
         """Simulations by `family` that a point takes: one a direction, itself for differences."""
@@ -270,7 +266,7 @@ def _known_slopes(
 ) -> Sequence[Float[np.ndarray, "n size"] | None]:
     """Slopes of each point's readings by what it has from the model without what was added."""
     if program.plain is None:
-        return [program.kept] * len(points)
+        return [None] * len(points)
     bare = []
     for point in points:
         full = point.hypothesis

@@ -106,8 +106,7 @@ def misfit(local: LocalFit, out: set[str], truth: np.ndarray) -> Misfit:
     """Misfit of a fit without some blocks of the records `out`, on these blocks."""
     layout = local.layout
     rows = _left_out(local, out) & layout.read & np.isfinite(truth)
-    chord = any(not effect.steady for effect in local.family.effects)
-    kept = refined(with_weights(local, np.where(rows, 0.0, layout.weight)), chord)
+    kept = refined(with_weights(local, np.where(rows, 0.0, layout.weight)))
     expected = data_of(layout) - kept.residual  # gains and zeros of the sensors in it
     off = ((expected - truth) / layout.floor)[rows]
     design = kept.design[rows] / layout.floor[rows, None]
