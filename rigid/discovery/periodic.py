@@ -24,7 +24,7 @@ from rigid.effects import AbstractEffect
 from rigid.likelihood.groups import beating
 from rigid.likelihood.priors import AbstractPrior, make_prior
 from rigid.likelihood.tracks import Track
-from rigid.localfit.candidates import Candidate, amplitude_of, priors_of, standard_of
+from rigid.localfit.candidates import Candidate, all_standard_of, amplitude_of, priors_of
 from rigid.localfit.evidence import amplitudes, log_bayes
 from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import ChannelKey
@@ -243,7 +243,7 @@ def _grid(local: LocalFit, prior: AbstractPrior, heard: Sequence[Heard]) -> np.n
 def _log_prior(prior: AbstractPrior, frequencies: np.ndarray) -> np.ndarray:
     """Log of the prior of each frequency tried, one of which it is."""
     edges = np.append(frequencies, 2.0 * frequencies[-1] - frequencies[-2])
-    below = norm.cdf([standard_of(prior, f) for f in edges])
+    below = norm.cdf(all_standard_of(prior, edges))
     logs = np.log(np.maximum(np.diff(below), 1e-300))
     return logs - np.asarray(logsumexp(logs))
 

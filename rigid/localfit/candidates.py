@@ -151,14 +151,14 @@ def events(
     """List events of the valve, one after the other through each record, as long as expected."""
     priors = priors_of(effect, given or {})
     amplitude, absent, prior = amplitude_of(priors)
-    found = []
+    found, usual = [], _shape(priors, {})
     begins = next(label for label, (info, _) in priors.items() if info.name == BEGINS)
     for track in tracks:
         elsewhere = effect.place not in ("", track.cylinder)
         if elsewhere or track.drive is None or not any(track.drive.levels):
             continue
         for begin in np.arange(0.0, int(track.samples) * track.interval - 0.2, EVENT_SPACING):
-            shape = _shape(priors, {}) | {begins: float(begin)}
+            shape = usual | {begins: float(begin)}
             found.append(Candidate(effect, amplitude, absent, prior, shape, track.label))
     return tuple(found)
 
@@ -202,11 +202,14 @@ def onsets(
 
 def standard_of(prior: AbstractPrior, value: float) -> float:
     """Quantile of a value under a prior, on the standard normal scale."""
-    values = np.asarray(prior.from_standard(GRID))
-    rising = values[-1] >= values[0]  # a lognormal prior of negative values falls
-    return float(
-        np.interp(value, values if rising else values[::-1], GRID if rising else GRID[::-1])
-    )
+    return float(all_standard_of(prior, np.asarray(value)))
+
+
+def all_standard_of(prior: AbstractPrior, values: np.ndarray) -> np.ndarray:
+    """Quantiles of values of any shape under a prior, on the standard normal scale."""
+    known = np.asarray(prior.from_standard(GRID))
+    rising = known[-1] >= known[0]  # a lognormal prior of negative values falls
+    return np.interp(values, known if rising else known[::-1], GRID if rising else GRID[::-1])
 
 
 def priors_of(

@@ -8,7 +8,7 @@ not asked for stand at the value at which they are absent.
 
 import dataclasses
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
@@ -42,13 +42,14 @@ class Family:
 
     - `effects`: those further ones. - `groups`: with all of them. - `quiet`: values by label at
       which none of the further effects is there. - `width`: simulations side by side; left out,
-      LANES.
+      LANES. - `kinds`: of records that are simulated, all others come out as 0; left out, all.
     """
 
     effects: Effects
     groups: tuple[AbstractGroup, ...]
     quiet: Mapping[str, float]
     width: int | None = None
+    kinds: Container[str] | None = None
 
     @property
     def steady(self) -> bool:
@@ -60,9 +61,16 @@ class Family:
         """Simulations side by side."""
         return LANES if self.width is None else self.width
 
-    def over(self, problem: Problem) -> "Family":
-        """Return the program of the same effects for other records of the same model."""
-        return dataclasses.replace(_family(problem, self.effects), width=self.width)
+    def over(self, problem: Problem, kinds: Container[str] | None = None) -> "Family":
+        """Return the program of the same effects for other records of the same model.
+
+        - `kinds`: of the records that are simulated; left out, all.
+        """
+        return dataclasses.replace(_family(problem, self.effects), width=self.width, kinds=kinds)
+
+    def simulates(self, group: AbstractGroup) -> bool:
+        """Whether a group is simulated."""
+        return self.kinds is None or group.tracks[0].kind in self.kinds
 
 
 def families(
@@ -189,12 +197,14 @@ def _in_turns(
     """
     width, lanes = family.lanes, len(next(iter(values.values())))
     every = {k: np.full(lanes, v) for k, v in family.quiet.items()} | dict(values)
-    kinds = [group.tracks[0].kind for group in family.groups]
-    asked = [np.flatnonzero(np.ones(lanes) if acts is None else acts[kind]) for kind in kinds]
+    asked = [
+        np.flatnonzero(np.ones(lanes) if acts is None else acts[group.tracks[0].kind])
+        for group in family.groups
+    ]
     jobs = [
         (number, mine[begin : begin + width])
-        for number, mine in enumerate(asked)
-        for begin in range(0, len(mine), width)
+        for number, (mine, group) in enumerate(zip(asked, family.groups, strict=True))
+        for begin in range(0, len(mine) if family.simulates(group) else 0, width)
     ]
 
     def one(job: tuple[int, np.ndarray]) -> tuple[dict[str, np.ndarray], ...]:

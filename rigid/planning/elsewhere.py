@@ -40,8 +40,8 @@ def possible(spec: Spec, records: tuple[Record, ...], problem: Problem) -> Possi
 class Elsewhere:
     """A hypothesis where records are replaced by candidates that change the same settings.
 
-    - `here`: at its fit; `there`: expanded where the candidates stand. - `families`: programs of
-      the records as they are changed.
+    - `here`: at its fit; `there`: expanded where the candidates stand, with records of their kinds
+      alone. - `families`: programs of the records as they are changed.
     """
 
     here: LocalFit
@@ -118,12 +118,14 @@ def elsewhere(
     w = np.concatenate([numbers, ends])
     levels = dict(zip(_levels(hypothesis.problem), here.z_noise, strict=True))
     z_noise = np.array([levels.get(label, 0.0) for label in _levels(new)])
-    plain = None if program.plain is None else program.plain.over(new)
+    like = {one.like for one in changes}
+    kinds = {track.kind for track in new.tracks if track.name in like}
+    plain = None if program.plain is None else program.plain.over(new, kinds)
     local = expand(
-        Program(program.family.over(new), plain),
+        Program(program.family.over(new, kinds), plain),
         [Point(there, _weighed(new, here.layout), w, z_noise)],
     )[0]
-    return Elsewhere(here, local, tuple(one.over(new) for one in further))
+    return Elsewhere(here, local, tuple(one.over(new, kinds) for one in further))
 
 
 def _levels(problem: Problem) -> list[str]:

@@ -95,7 +95,7 @@ def between_effects(
     - `repeats`: numbers of such records, 1 first.
     """
     local, programs = pair.local, pair.programs
-    here = signatures(local, programs, pair.both)
+    here = _condensed(local, signatures(local, programs, pair.both))
 
     def lot(changes: tuple[Change, ...]) -> tuple[Elsewhere, Apart]:
         other = elsewhere(local, possible, changes, Program(local.family), programs)
@@ -103,22 +103,43 @@ def between_effects(
 
         def apart(like: str, count: int) -> float:
             shared, private = other.slopes(like, count)
-            old = np.pad(local.design, ((0, 0), (0, private.shape[1])))
-            design = np.concatenate([old, np.concatenate([shared, private], axis=1)])
-            curvature = np.concatenate([local.terms.curvature, other.curvature(like, count)])
-            more = np.tile(changed[other.rows(like)], (count, 1))
-            return _apart(pair.amplitude, curvature, design, np.concatenate([here, more]))
+            old = np.pad(here.design, ((0, 0), (0, private.shape[1])))
+            more = Samples(
+                other.curvature(like, count),
+                np.concatenate([shared, private], axis=1),
+                np.tile(changed[other.rows(like)], (count, 1)),
+            )
+            both = zip(here._replace(design=old), more, strict=True)
+            return _apart(pair.amplitude, Samples(*(np.concatenate(part) for part in both)))
 
         return other, apart
 
-    now = _apart(pair.amplitude, local.terms.curvature, local.design, here)
-    return _ranked(possible, lot, now, repeats)
+    return _ranked(possible, lot, _apart(pair.amplitude, here), repeats)
 
 
-def _apart(
-    amplitude: float, curvature: np.ndarray, design: np.ndarray, columns: np.ndarray
-) -> float:
+class Samples(NamedTuple):
+    """What some samples say of two effects.
+
+    - `curvature` (n,). - `design` (n, size): slopes by what a fit adjusts. - `columns` (n, 2):
+      signatures.
+    """
+
+    curvature: np.ndarray
+    design: np.ndarray
+    columns: np.ndarray
+
+
+def _condensed(local: LocalFit, columns: np.ndarray) -> Samples:
+    """As many samples as there are columns in all that say as much as those of a fit."""
+    weight = np.sqrt(np.maximum(local.terms.curvature, 0.0))[:, None]
+    few = np.linalg.qr(weight * np.concatenate([local.design, columns], axis=1), mode="r")
+    design, both = np.split(few, [local.design.shape[1]], axis=1)
+    return Samples(np.ones(len(few)), design, both)
+
+
+def _apart(amplitude: float, samples: Samples) -> float:
     """s sqrt((1 - c)/2) of the first of two signatures, c the cosine of both."""
+    curvature, design, columns = samples
     none = np.zeros(len(curvature)), np.zeros(design.shape[1])
     found = screen(Around(none[0], curvature, design, none[1]), columns)
     cosine = min(abs(float(found.cosines[0, 1])), 1.0)

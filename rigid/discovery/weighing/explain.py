@@ -6,7 +6,7 @@ Bayes factor against nothing.
 """
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
@@ -134,15 +134,11 @@ def explain(
     seed: int,
 ) -> Explained:
     """Weigh all candidates and bumps; their signatures are screened in that order."""
-    departures = [amplitudes(one.prior, one.absent) for one in listed]
     count = len(listed)
     diagonal = np.diag(screening.information)
-    candidate = np.array(
-        [
-            float(log_bayes(screening.slope[i], diagonal[i], departures[i])) + one.log_share
-            for i, one in enumerate(listed)
-        ]
-    )  # fmt: skip
+    candidate = np.array([one.log_share for one in listed])
+    for members, departures in of_one_law(listed):
+        candidate[members] += log_bayes(screening.slope[members], diagonal[members], departures)
     bundles = bundles_of(targets, count, screening.information)
     bundle = np.array([float(b.log_bayes(screening.slope)) + t.log_share for t, b in bundles])
     found = Explained(listed, screening, candidate, bundles, bundle, 1.0)
@@ -224,14 +220,19 @@ def curves_of_all(
       few of them all candidates of one law.
     """
     out = np.empty((len(listed), len(strengths)))
+    for members, departures in of_one_law(listed):
+        out[members] = curves_of(departures, sizes[members], strengths)
+    return out + np.array([one.log_share for one in listed])[:, None]
+
+
+def of_one_law(listed: Sequence[Candidate]) -> Iterator[tuple[list[int], np.ndarray]]:
+    """Numbers of candidates whose amplitudes have one law, and departures of these."""
     alike: dict[tuple, list[int]] = {}
     for i, one in enumerate(listed):
         alike.setdefault((id(one.prior), one.absent), []).append(i)
     for members in alike.values():
         one = listed[members[0]]
-        departures = amplitudes(one.prior, one.absent)
-        out[members] = curves_of(departures, sizes[members], strengths)
-    return out + np.array([one.log_share for one in listed])[:, None]
+        yield members, amplitudes(one.prior, one.absent)
 
 
 def curves_of(
