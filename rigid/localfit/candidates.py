@@ -209,7 +209,8 @@ def all_standard_of(prior: AbstractPrior, values: np.ndarray) -> np.ndarray:
     """Quantiles of values of any shape under a prior, on the standard normal scale."""
     known = np.asarray(prior.from_standard(GRID))
     rising = known[-1] >= known[0]  # a lognormal prior of negative values falls
-    return np.interp(values, known if rising else known[::-1], GRID if rising else GRID[::-1])
+    grid = GRID if rising else GRID[::-1]
+    return np.asarray(np.interp(values, known if rising else known[::-1], grid))
 
 
 def priors_of(

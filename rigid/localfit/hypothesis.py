@@ -127,15 +127,16 @@ class Hypothesis:
         - `tracks`: labels, "record,cylinder". A number that both cylinders of a record share is
           own to the two of them together. Sensors and what varies by kind or cylinder are not.
         """
-        listed = self.problem.tracks
-        inside = [t for t in listed if t.label in tracks]
-        rest = [t for t in listed if t.label not in tracks]
-        own = [
-            any(p.is_own(t.name, t.cylinder) for t in inside)
-            and not any(p.is_own(t.name, t.cylinder) for t in rest)
-            for p in self.parameters
-        ]
-        return np.array([*own, *[False] * (self.size - len(own))])
+        inside = np.array([t.label in tracks for t in self.problem.tracks])
+        own = self._own[:, inside].any(axis=1) & ~self._own[:, ~inside].any(axis=1)
+        return np.pad(own, (0, self.size - len(own)))
+
+    @cached_property
+    def _own(self) -> np.ndarray:
+        """Which of `parameters` belong to which track (parameters, tracks)."""
+        places = [(t.name, t.cylinder) for t in self.problem.tracks]
+        own = [[p.is_own(*place) for place in places] for p in self.parameters]
+        return np.array(own, dtype=bool).reshape(len(own), len(places))
 
     def of_track(self, label: str) -> list[int]:
         """Entries of w that one more record like a track would have anew."""
