@@ -49,6 +49,7 @@ NAMES = {
     "load-cell-creep": "sensor",
     "temperature-drift": "sensor",
     "accelerometer-resonance": "sensor",
+    "mains-pickup": "sensor",
 }
 PSI = 6894.757
 BARS = {"load": 29.5, "stroke": 2.2e-5, "pressure": 0.5 * PSI}  # tenths of the sensors' steps

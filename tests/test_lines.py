@@ -14,8 +14,9 @@ from rigid.discovery.signatures import laid_out
 from rigid.discovery.workflow import weigh
 from rigid.effects import CATALOGUE
 from rigid.io.cache import Shelf
+from rigid.likelihood.angles import beating
 from rigid.likelihood.channels import make_pieces
-from rigid.likelihood.groups import SlowGroup, beating
+from rigid.likelihood.groups import SlowGroup
 from rigid.likelihood.priors import Lognormal
 from rigid.likelihood.problem import Problem
 from rigid.likelihood.tracks import Series

@@ -43,6 +43,8 @@ ORDER = (
     "load-cell-creep",
     "temperature-drift",
     "accelerometer-resonance",
+    "mains-pickup",
+    "sample-averaging",
 )
 """In which the catalogue lists what came with it; other effects follow by name."""
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from rigid.effects import AbstractEffect
 from rigid.inference.search import prior_draws, search
+from rigid.likelihood.angles import PUMP_ANGLE
 from rigid.likelihood.assemble import assemble, chosen_effects
-from rigid.likelihood.groups import PUMP_ANGLE
 from rigid.likelihood.parameters import Parameters
 from rigid.likelihood.problem import Problem
 from rigid.records.record import Record

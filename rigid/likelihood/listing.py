@@ -9,9 +9,10 @@ from functools import partial
 from rigid.effects import AbstractEffect, declare
 from rigid.effects.declare import ParameterInfo, PriorDescription
 from rigid.io.errors import together
+from rigid.likelihood.angles import PICKUP_ANGLE, PUMP_ANGLE, beating, picking_up
 from rigid.likelihood.effect_lookup import effects_named
 from rigid.likelihood.grouping import Grouping, explained
-from rigid.likelihood.groups import PUMP_ANGLE, beating, flow_name
+from rigid.likelihood.groups import flow_name
 from rigid.likelihood.machine import constants, lay_out
 from rigid.likelihood.machine_runs import starts
 from rigid.likelihood.parameters import Parameter, Parameters, collect, require_known
@@ -65,7 +66,7 @@ def list_parameters(
     local += _starts(spec, tracks, series)
     local += _shape_of_straps(spec, local)
     acting = Grouping(effects, {}, spec.model.only).acting
-    for one in pump_angles(effects, [t for t in tracks if any(e.beat for e in acting(t))]):
+    for one in angles_of(effects, [t for t in tracks if any(e.beat for e in acting(t))]):
         local.append(_stated(spec, one))
     noise = list(_noise(spec, tracks, series))
     listed = physical + local + noise
@@ -199,17 +200,20 @@ def _spread(spec: Spec, one: Parameter, tracks: tuple[Track, ...]) -> Iterator[P
         yield _stated(spec, dataclasses.replace(one, label=label, **more))
 
 
-def pump_angles(
-    effects: Iterable[type[AbstractEffect]], tracks: Iterable[Track]
-) -> list[Parameter]:
-    """Angles at which records found the pump where effects beat with it: all angles are alike."""
-    listed = tuple(tracks)
-    labels, prior = beating(effects, listed), _described(ANY_ANGLE)
+def angles_of(effects: Iterable[type[AbstractEffect]], tracks: Iterable[Track]) -> list[Parameter]:
+    """Angles at which records found what beats: all are alike."""
+    kinds, listed = tuple(effects), tuple(tracks)
+    labels, prior = beating(kinds, listed), _described(ANY_ANGLE)
     found: dict[str, Parameter] = {}
     for t in (t for t in listed if t.label in labels):
         shared = labels[t.label] == f"{PUMP_ANGLE}[{t.name}]"
         places = (t.name,) if shared else (t.name, t.cylinder)
         found[labels[t.label]] = of_record(PUMP_ANGLE, places, r"\varphi_\mathrm{r}", "rad", prior)
+    by_label = {t.label: t for t in listed}
+    for (track, quantity), label in picking_up(kinds, listed).items():
+        places = (by_label[track].name, by_label[track].cylinder)
+        symbol = rf"\varphi_\mathrm{{h,{quantity}}}"
+        found[label] = of_record(f"{PICKUP_ANGLE}_{quantity}", places, symbol, "rad", prior)
     return list(found.values())
 
 

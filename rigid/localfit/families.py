@@ -19,7 +19,8 @@ import numpy as np
 from jax import Array
 
 from rigid.effects import AbstractEffect
-from rigid.likelihood.groups import AbstractGrid, AbstractGroup, beating
+from rigid.likelihood.angles import of_all
+from rigid.likelihood.groups import AbstractGrid, AbstractGroup
 from rigid.likelihood.problem import Problem
 from rigid.localfit.candidates import quiet_values
 from rigid.localfit.hidden_inputs import hidden_of
@@ -93,7 +94,7 @@ def _family(problem: Problem, effects: Effects) -> Family:
         more = acting(effects, group.tracks[0].kind)
         groups.append(dataclasses.replace(group, effects=group.effects + more))
     quiet = {label: value for effect in effects for label, value in quiet_values(effect).items()}
-    quiet |= dict.fromkeys(beating(effects, problem.tracks).values(), 0.0)
+    quiet |= dict.fromkeys(of_all(effects, problem.tracks), 0.0)
     return Family(effects, tuple(groups), quiet)
 
 

@@ -17,7 +17,7 @@ from jax import Array
 
 from rigid.effects import AbstractEffect
 from rigid.inference.newton import is_noise
-from rigid.likelihood.listing import of_effect, pump_angles
+from rigid.likelihood.listing import angles_of, of_effect
 from rigid.likelihood.parameters import Parameter
 from rigid.likelihood.priors import AbstractPrior
 from rigid.likelihood.problem import Problem
@@ -60,9 +60,9 @@ class Hypothesis:
     def brought_by(self, effect: type[AbstractEffect]) -> list[Parameter]:
         """Uncertain numbers that an effect brings in, with its own priors or those given.
 
-        One that beats with the pump brings the angle at which each record found the pump.
+        One that beats brings the angles at which records found it.
         """
-        angles = pump_angles([effect], self.problem.tracks)
+        angles = angles_of([effect], self.problem.tracks)
         own = [
             of_effect(info, label, prior)
             for label, (info, prior) in priors_of(effect, self.given).items()

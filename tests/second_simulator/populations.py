@@ -43,7 +43,6 @@ NULLS = {
     "heavy-tails": Population(chain=Chain(tails=4.0)),
     "growing-noise": Population(chain=Chain(growing=1.0)),
     "spikes": Population(chain=Chain(spikes=0.005)),
-    "hum": Population(chain=Chain(hum=0.7), rate=80.0),
     "jitter": Population(chain=Chain(jitter=0.05)),
     "coarse-converter": Population(chain=Chain(step=2.0)),
     "cutting-converter": Population(chain=Chain(cut=True)),
@@ -113,8 +112,9 @@ POPULATIONS = (
     | {name: Population(draw, nearest) for name, (nearest, draw) in CATALOGUED.items()}
     | {name: Population(draw) for name, draw in OUTSIDE.items()}
     | {
+        "hum": Population(nearest="mains-pickup", chain=Chain(hum=0.7), rate=80.0),
         "clock": Population(
             nearest="clock-offset", chain=Chain(late=(("pressure", 0.02), ("load", 0.02)))
-        )
+        ),
     }
 )

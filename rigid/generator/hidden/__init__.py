@@ -35,6 +35,7 @@ from rigid.generator.hidden.sensing import (
     LoadCreep,
     LoadDrift,
     Mounting,
+    Pickup,
     StrokeLag,
     StrokeWave,
     Warming,
@@ -51,7 +52,7 @@ CATALOGUED = _by_name(
     *(EffectiveArea, Leakage, Air, HoseDrop, StageSwitch, Ripple, ValveEvent),
     *(Stiffening, RootPlate, Slack, StrokeLag, LoadDrift, ClockOffset),
     *(ConstantForce, BackwardViscosity),
-    *(ShutLeakage, GaugeLag, LoadCreep, Warming, Mounting),
+    *(ShutLeakage, GaugeLag, LoadCreep, Warming, Mounting, Pickup),
 )
 OUTSIDE = _by_name(
     *(RoughBore, GuideDrag, OilStiffening, PumpSlip, ValveDribble, GaugeJump, StrokeWave),

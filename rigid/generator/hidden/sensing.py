@@ -3,16 +3,18 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import no_type_check
+from zlib import crc32
 
 import numpy as np
 
 from rigid.generator.constants import LITRE_PER_MINUTE
-from rigid.generator.core import Action, Motion, Run, Seen
+from rigid.generator.core import Action, Motion, Piece, Rig, Run, Seen
 from rigid.generator.hidden.base import (
     SLOW,
     Hidden,
     InOneRecord,
     cause,
+    drawn_by,
     either,
     of_rig,
     spread,
@@ -21,6 +23,8 @@ from rigid.generator.hidden.base import (
 
 TURBULENT = 10.0 * LITRE_PER_MINUTE  # flow at which the fittings take as much as the hose
 QUICKER = 6.0  # of a load cell's second relaxation
+THIRD = 0.2  # of a line's third harmonic, which transformers make
+PER_NEWTON = {"load": 1.0, "stroke": 3e-7, "pressure": 60.0, "acceleration": 2e-3}
 IN_LENGTHS = 1e10  # Pa that count as a metre where a solver's tolerance is one of lengths
 
 
@@ -231,3 +235,44 @@ class Mounting(Hidden):
         through = 0.8 * seen.own[1] + 0.2 * seen.own[3]
         direct = readings["acceleration"]
         return readings | {"acceleration": direct + self.amplitude * (through - direct)}
+
+
+@dataclass(frozen=True)
+class Line(Piece):
+    """A line in all channels of one record: `amplitude` [N] in the load, `turn` [rad/s]."""
+
+    amplitude: float
+    turn: float
+    seed: tuple[int, int]
+
+    def read(self, seen: Seen, readings: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Add two harmonics, whose angle is each channel's own."""
+        out = {}
+        for channel, read in readings.items():
+            rng = np.random.default_rng([*self.seed, crc32(channel.encode())])
+            angle = self.turn * seen.times + rng.uniform(0.0, 2.0 * np.pi)
+            beat = np.sin(angle) + THIRD * np.sin(3.0 * angle)
+            out[channel] = read + self.amplitude * PER_NEWTON[channel] * beat
+        return out
+
+
+@cause(
+    "mains-pickup", "sensor", 10.0,
+    "every sensor reads a (sin(w t + phi) + 0.2 sin(3 (w t + phi))) beside the truth",
+)  # fmt: skip
+@dataclass(frozen=True)
+class Pickup(Hidden):
+    """The mains in every sensor, in the load's by this [N]; angles differ by record and channel.
+
+    - frequency [Hz]; angles: a seed for them
+    """
+
+    frequency: float = drawn_by(
+        lambda rng: float(rng.choice((50.0, 60.0)) + rng.uniform(-0.05, 0.05)), 50.0
+    )
+    angles: int = drawn_by(lambda rng: int(rng.integers(1 << 31)), 0)
+
+    def pieces(self, rig: Rig, run: Run) -> tuple[Piece, ...]:
+        """Give the lines of a run."""
+        seed = (self.angles, crc32(f"{run.name},{run.cylinder}".encode()))
+        return (Line(self.amplitude, 2.0 * np.pi * self.frequency, seed),)
