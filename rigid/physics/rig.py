@@ -168,6 +168,11 @@ class Rig(eqx.Module):
                 total[quantity] = total[quantity] + delay if quantity in total else delay
         return total
 
+    def averaging(self) -> tuple[Array, Array] | None:
+        """Share of a reading that is a mean, over what part of a sampling interval; None: none."""
+        means = (effect.averaging() for effect in self.effects)
+        return next((mean for mean in means if mean is not None), None)
+
     def friction(self, omega: Array) -> Array:
         """Complex friction coefficient mu(omega) of all effects together [N s/m]."""
         return friction_of(self.effects, omega)
