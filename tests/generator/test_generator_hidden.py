@@ -51,7 +51,7 @@ def held(truth: Truth, hidden: Hidden) -> tuple[float, float]:
 
 
 def test_every_effect_that_can_be_missing_can_be_hidden():
-    assert len(CATALOGUED) == 27
+    assert len(CATALOGUED) == 28
     assert len(OUTSIDE) >= 5
     assert not set(CATALOGUED) & set(OUTSIDE)
 
@@ -399,6 +399,28 @@ def test_sensors_pick_up_the_mains_at_angles_of_their_own(truth, run, frequency)
     lines = np.array([waves @ series for series in added.values()])
     np.testing.assert_allclose(np.abs(lines), [[30.0, 6.0]] * len(lines), rtol=1e-3)
     assert len(set(np.round(np.angle(lines[:, 0]), 3))) == len(lines)
+
+
+def test_a_converter_that_averages_twice_is_a_triangle(truth):
+    """By the midpoint rule over the plant's own motion; the valve moves on a sample."""
+    one = cause("sample-averaging", 0.5, window=0.8)
+    plain, read = pair(truth, FREE, one)
+    after = 4e-3 * (np.arange(-80, 80) + 0.5) / 80
+    weights = (1.0 - np.abs(after) / 4e-3) / 80
+    for number in (119, 120, 121):
+        states = states_of(truth, number / 100 + after)
+        mean = {"load": -truth.rig.k_LC * states[0] @ weights, "pressure": states[4] @ weights}
+        for channel, there in mean.items():
+            expected = 0.5 * (there - plain[channel][number])
+            change = read[channel][number] - plain[channel][number]
+            assert change == pytest.approx(expected, abs=1e-4 * np.ptp(plain[channel]))
+    assert abs(read["pressure"][120] - plain["pressure"][120]) > 5e-3 * plain["pressure"][120]
+
+
+def states_of(truth: Truth, times: np.ndarray) -> np.ndarray:
+    """The free run's motion without a hidden cause (states, times)."""
+    plant = plant_of(truth, FREE)
+    return trajectory(plant, plant.at_rest(), np.append(0.0, times)).states[:, 1:]
 
 
 def test_a_dribbling_valve_passes_its_volume(truth):

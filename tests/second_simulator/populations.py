@@ -46,7 +46,6 @@ NULLS = {
     "jitter": Population(chain=Chain(jitter=0.05)),
     "coarse-converter": Population(chain=Chain(step=2.0)),
     "cutting-converter": Population(chain=Chain(cut=True)),
-    "averaging-converter": Population(chain=Chain(window=0.8, place=0.5)),
     "loose-solver": Population(tolerance=1e-5),
     "short-records": Population(durations=0.5),
     "release-on-a-sample": Population(chain=Chain(window=0.1, place=0.5), grid=True),
@@ -112,6 +111,9 @@ POPULATIONS = (
     | {name: Population(draw, nearest) for name, (nearest, draw) in CATALOGUED.items()}
     | {name: Population(draw) for name, draw in OUTSIDE.items()}
     | {
+        "averaging-converter": Population(
+            nearest="sample-averaging", chain=Chain(window=0.8, place=0.5)
+        ),
         "hum": Population(nearest="mains-pickup", chain=Chain(hum=0.7), rate=80.0),
         "clock": Population(
             nearest="clock-offset", chain=Chain(late=(("pressure", 0.02), ("load", 0.02)))
