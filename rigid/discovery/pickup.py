@@ -31,10 +31,23 @@ from rigid.likelihood.priors import AbstractPrior
 from rigid.localfit.candidates import amplitude_of, priors_of
 from rigid.localfit.evidence import amplitudes, log_bayes
 from rigid.localfit.local import LocalFit
-from rigid.localfit.samples import ChannelKey
 
 REFERENCE = "load"
 """The quantity whose amplitude ratios are taken of."""
+
+
+class Heard(NamedTuple):
+    """A channel that reads something.
+
+    - `label`: of a line's angle. - `rows`: its samples; of each, `since` [s] when its record began,
+      and its `weight`: minus the curvature of the log-likelihood by the reading. - `interval` [s].
+    """
+
+    label: str
+    rows: np.ndarray
+    since: np.ndarray
+    weight: np.ndarray
+    interval: float
 
 
 class Ear(NamedTuple):
@@ -130,7 +143,7 @@ def picked_up(fit: Fitted, effect: type[AbstractEffect]) -> Line | None:
     sizes = np.asarray(prior.from_standard(QUANTILES)) - absent
     labels = picking_up([effect], local.layout.problem.tracks)
     weighings = {
-        quantity: _weighing(ears, sizes * units[quantity])
+        quantity: weighing(ears, sizes * units[quantity])
         for quantity, ears in _ears(local, labels, frequencies).items()
     }
     law = log_prior_of(priors[effect.beat][1], frequencies)
@@ -181,33 +194,32 @@ def _ears(
         rows = np.flatnonzero((local.layout.channel == number) & local.layout.read)
         if label is None or local.terms.curvature[rows].sum() <= 0.0:
             continue
-        ear = _ear(local, rows, channel, label, frequencies)
+        since = local.layout.time[rows] - float(local.layout.problem.track(channel.track).first)
+        heard = Heard(label, rows, since, local.terms.curvature[rows], channel.interval)
+        ear = ear_of(heard, frequencies)
         found[channel.quantity] = (*found.get(channel.quantity, ()), ear)
     return found
 
 
-def _ear(
-    local: LocalFit, rows: np.ndarray, channel: ChannelKey, label: str, frequencies: np.ndarray
-) -> Ear:
-    """Return how a channel hears the `frequencies`; `rows`: its samples."""
-    first = float(local.layout.problem.track(channel.track).first)
-    since = local.layout.time[rows] - first
-    at = np.round((since - since[0]) / channel.interval).astype(int)
+def ear_of(heard: Heard, frequencies: np.ndarray) -> Ear:
+    """Return how a channel hears the `frequencies` [Hz]."""
+    since = heard.since
+    at = np.round((since - since[0]) / heard.interval).astype(int)
     weight = np.zeros(int(at[-1]) + 1)
-    weight[at] = local.terms.curvature[rows]
+    weight[at] = heard.weight
     low, high = frequencies[0], 2.0 * frequencies[-1] - frequencies[-2]
 
     def spectrum(times: float) -> ZoomFFT:
-        ends = [2.0 * times * channel.interval * f for f in (low, high)]
+        ends = [2.0 * times * heard.interval * f for f in (low, high)]
         return ZoomFFT(len(weight), ends, len(frequencies))
 
     late = np.exp(-2j * np.pi * frequencies * since[0])
     double, whole = spectrum(2.0)(weight) * late**2, weight.sum()
     known = 0.5 * np.stack([whole - double.real, -double.imag, whole + double.real])
-    return Ear(label, rows, at, spectrum(1.0), late, known)
+    return Ear(heard.label, heard.rows, at, spectrum(1.0), late, known)
 
 
-def _weighing(ears: tuple[Ear, ...], sizes: np.ndarray) -> Weighing:
+def weighing(ears: tuple[Ear, ...], sizes: np.ndarray) -> Weighing:
     """Return how channels weigh a line of some amplitudes [SI] (sizes,)."""
     first, both, second = np.stack([ear.known for ear in ears], axis=1)[:, None]
     variance = 0.5 * sizes[:, None, None] ** 2

@@ -6,7 +6,7 @@ from jax import Array
 
 from rigid.effects.base import AbstractEffect, Action, Distortion, Seen, State
 from rigid.effects.declare import any_size, parameter
-from rigid.effects.lag import following
+from rigid.effects.low_pass import following
 
 
 class StrokeSensorLag(AbstractEffect):

@@ -71,9 +71,11 @@ def _slow(
 
     def read(channel: str) -> np.ndarray:
         late = delays.get(channel, 0.0)
-        at = [np.searchsorted(every, looked[late, after]) for after, _ in taps]
-        shares = [share for _, share in taps]
-        return sum(s * values[channel][i] for s, i in zip(shares, at, strict=True))
+        parts = [
+            share * values[channel][np.searchsorted(every, looked[late, after])]
+            for after, share in taps
+        ]
+        return np.sum(parts, axis=0)
 
     return {channel: read(channel) for channel in values}
 

@@ -52,7 +52,9 @@ class AbstractGroup(eqx.Module):
         """What is known of the records before a fit."""
 
     @abstractmethod
-    def inputs(self, values: Mapping[str, Array]) -> tuple[eqx.Module | Array | None, ...]:
+    def inputs(
+        self, values: Mapping[str, Array]
+    ) -> tuple[eqx.Module | Array | dict[str, Array] | None, ...]:
         """Return what a simulation takes of the parameters: rig, then (..., walkers) each."""
 
     def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:

@@ -156,7 +156,8 @@ def on_record(found: Sequence[Look], series: Array, last: Array) -> dict[str, Ar
     out = {name: jnp.concatenate([series[:, i], last[None, i]]) for i, name in enumerate(READ)}
     at = len(READ)
     for look in found:
-        still, total = out[READ[look.place]], 0.0
+        still = out[READ[look.place]]
+        total = jnp.zeros_like(still)
         for number, weights in zip(look.back, look.once, strict=True):
             steady = (weights[0, 0] + weights[0, 1]) * still[jnp.asarray([0, -1])]
             rows = jnp.concatenate([steady[:1], series[:, at], steady[1:]])

@@ -17,7 +17,7 @@ FINE_WINDOW = 0.1
 """Seconds after a switch of the valve in which every sample is a step of its own, whatever the rig;
 after them it is for as long as the rig rings on."""
 
-FRESH = 4
+FRESH = 8
 """Samples after a switch of the valve in which sensors may answer within a part of one."""
 
 STRIDE = 8
