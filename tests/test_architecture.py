@@ -50,6 +50,7 @@ WITHIN = {
         ("weighing",),
         ("disagreement", "refit"),
         ("periodic",),
+        ("pickup",),
         ("signatures",),
         ("workflow",),
     ),

@@ -50,6 +50,8 @@ NAMES = {
     "temperature-drift": "sensor",
     "accelerometer-resonance": "sensor",
     "gradual-release": "contact",
+    "mains-pickup": "sensor",
+    "sample-averaging": "sensor",
 }
 PSI = 6894.757
 BARS = {"load": 29.5, "stroke": 2.2e-5, "pressure": 0.5 * PSI}  # tenths of the sensors' steps
@@ -108,6 +110,10 @@ SIGNATURES = {
     ),
     "pressure-gauge-lag": ({"tau_gauge": 0.02}, "frame", OPEN, {"pressure": -1}),
     "load-cell-creep": ({"creep": 0.01, "tau_creep": 0.5}, "frame", LAST, {"load": 1}),
+    "sample-averaging": (
+        {"averaged": 1.0, "aperture": 0.8}, "free-run", slice(60, 61),
+        {"load": -1, "pressure": -1},
+    ),
     "temperature-drift": (
         {"thermal_load": 400.0, "thermal_ratio": 200.0, "tau_thermal": 2.0}, "frame", LAST,
         {"load": 1, "pressure": 1},
@@ -129,6 +135,7 @@ IN_MOTION = {  # what moves otherwise, with whether the check against the refere
     "pressure-gauge-lag": False,
     "load-cell-creep": False,
     "temperature-drift": False,
+    "sample-averaging": False,
 }
 
 

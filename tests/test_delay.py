@@ -6,7 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from rigs import BASE, NOMINAL, drive, march_still, rig_of
+from rigs import BASE, NOMINAL, drive, in_full, march_still, rig_of
 from scipy.stats import norm
 
 from rigid.effects import CATALOGUE
@@ -52,6 +52,35 @@ def test_a_delay_shorter_than_a_sample_moves_no_jump(march, kind: str):
         got = pressure(march, record, kind, parts * record.interval / FINE)
         meant = exact[np.clip(place - parts, 0, None)]
         assert np.abs(got[1:-1] - meant).max() < 0.5 * PSI
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("march", [slow.march, march_still])
+def test_a_quick_gauge_may_have_late_time_stamps_as_well(march):
+    """It settles within a sample after the valve has moved, where one cubic was 0.8 steps off."""
+    record, contact, fractions = RECORDS["free-run"]
+    own = {"tau_gauge": 1.5e-3, "pressure_delay": 3e-3}
+    rig = rig_of(NOMINAL | own, (*BASE, "clock-offset", "pressure-gauge-lag"), walkers=True)
+    levels = jnp.asarray(fractions)[:, None, None]
+    out = eqx.filter_jit(march)(rig, jnp.asarray([contact]), levels, side_by_side((record,)))
+    solved = in_full(rig, contact, fractions, record)
+    error = np.asarray(out["pressure"])[:, 0, 0] - solved["pressure"]
+    assert np.abs(error).max() < 0.5 * PSI
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("march", [slow.march, march_still])
+def test_early_readings_go_on_after_the_last_sample(march):
+    """On the way to the tank, where the pressure falls, in the reference as in the steps."""
+    record = drive(90, (0.1, 0.5), (0, 1, 2))
+    rig = rig_of(NOMINAL | {"pressure_delay": -4e-3}, (*BASE, "clock-offset"), walkers=True)
+    levels = jnp.asarray([0.0, 0.3, -0.2])[:, None, None]
+    frame = jnp.asarray([NOMINAL["k_frame"]])
+    grid = side_by_side((dataclasses.replace(record, size=96),))
+    out = np.asarray(eqx.filter_jit(march)(rig, frame, levels, grid)["pressure"])[:90, 0, 0]
+    solved = in_full(rig, frame[0], (0.0, 0.3, -0.2), record)["pressure"]
+    assert np.abs(out - solved).max() < 0.5 * PSI
+    assert solved[88] - solved[89] > PSI
 
 
 @pytest.mark.slow

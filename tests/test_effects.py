@@ -13,7 +13,7 @@ from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.effects.base import EQUATIONS
 from rigid.likelihood.priors import LAWS, make_prior
 from rigid.physics.rig import CORE_SCALES, Surroundings
-from rigid.physics.sensors import readings
+from rigid.physics.sensors import Readings, readings
 
 FRICTIONLESS = tuple(name for name in BASE if name != "viscous-friction")
 OUTSIDE = Surroundings(1e7, -3e4, 0.4, 1.0)
@@ -62,12 +62,20 @@ def rates(values, names, flat) -> jnp.ndarray:
 
 
 def told(values, names, flat, outside=OUTSIDE) -> jnp.ndarray:
-    """All that a rig does and shows: rates, readings and delays; last axes as those of `flat`."""
+    """All that a rig does and shows: rates, readings, delays, how far readings are means, and lines
+    that sensors pick up; last axes as those of `flat`."""
     rig = rig_of(values, names)
+    share, width = rig.averaging() or (0.0, 0.0)
+    lines = [effect.lines() for effect in rig.effects]
     parts = (
         *rig.motion(flat, outside).rates,
         *readings(rig, flat, outside),
         rig.delays().get("pressure", 0.0),
+        share * width,
+        *(
+            sum((a * jnp.sin(f) for a, f in (one.get(q, (0.0, 0.0)) for one in lines)), start=0.0)
+            for q in Readings._fields
+        ),
     )
     return jnp.stack([jnp.broadcast_to(part, flat.shape[1:]) for part in parts])
 

@@ -15,7 +15,8 @@ from rigid.discovery.workflow import weigh
 from rigid.effects import CATALOGUE
 from rigid.io.cache import Shelf
 from rigid.likelihood.channels import make_pieces
-from rigid.likelihood.groups import SlowGroup, beating
+from rigid.likelihood.groups import SlowGroup
+from rigid.likelihood.per_record import beating
 from rigid.likelihood.priors import Lognormal
 from rigid.likelihood.problem import Problem
 from rigid.likelihood.tracks import Series

@@ -1,15 +1,19 @@
 """Effects of sensors and of a shut valve, against filters and formulas outside the simulation."""
 
+import dataclasses
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from rigs import BASE, NOMINAL, rig_of
+from rigs import BASE, NOMINAL, effects, march_still, rig_of, track
 from scipy.signal import cont2discrete, lfilter
-from test_catalogue import RECORDS, SIGNATURES, SPRINGS, base, simulated
+from test_catalogue import BARS, RECORDS, SIGNATURES, SPRINGS, base, simulated
 
 from rigid.effects import CATALOGUE
-from rigid.physics import release
+from rigid.likelihood.groups import ReleaseGroup, SlowGroup
+from rigid.physics import release, slow
+from rigid.physics.drive import side_by_side
 
 FINE = 20
 """Steps of a filter within a sample."""
@@ -52,6 +56,60 @@ def test_a_gauge_that_lags_is_a_low_pass_of_the_pressure():
     np.testing.assert_allclose(
         change["pressure"][away], behind[away], atol=0.02 * np.abs(behind).max()
     )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("march", [slow.march, march_still])
+@pytest.mark.parametrize("kind", RECORDS)
+def test_a_converter_that_averages_reads_the_mean_of_a_finer_record(march, kind):
+    """By trapezoids at forty times the rate; the valve moves on a sample and within one."""
+    record, contact, fractions = RECORDS[kind]
+    parts, half = 40, 16
+    record = dataclasses.replace(record, switches=[0.05, *record.switches[1:]])
+    samples = (record.size - 1) * parts + 1
+    fine = dataclasses.replace(
+        record, interval=record.interval / parts, samples=samples, size=samples
+    )
+    levels = jnp.asarray(fractions)[:, None, None]
+
+    def read(march, names, more, record):
+        rig = rig_of(NOMINAL | more, names, walkers=True)
+        out = eqx.filter_jit(march)(rig, jnp.asarray([contact]), levels, side_by_side((record,)))
+        return {q: np.asarray(series)[:, 0, 0] for q, series in out.items()}
+
+    values = {"averaged": 0.7, "aperture": 2 * half / parts}
+    exact = read(slow.march, BASE, {}, fine)
+    got = read(march, (*BASE, "sample-averaging"), values, record)
+    weights = np.append(np.append(0.5, np.ones(2 * half - 1)), 0.5) / (2 * half)
+    for channel, bar in BARS.items():
+        mean = np.convolve(np.pad(exact[channel], half, mode="edge"), weights, "valid")[::parts]
+        truth = exact[channel][::parts]
+        expected = truth + 0.7 * (mean - truth)
+        assert np.abs(got[channel] - expected)[:89].max() < bar, channel
+    assert np.abs(mean - truth).max() > 5 * bar  # in the pressure, which is the last
+
+
+@pytest.mark.slow
+def test_sensors_pick_up_a_line_in_every_channel_of_every_record():
+    """Above half the sampling frequency of a slow record, and below that of a release."""
+    own = {"pickup": 40.0, "f_pickup": 59.3, "pickup_stroke": 5e-7, "pickup_pressure": 90.0,
+           "pickup_acceleration": 3e-3}  # fmt: skip
+    per_newton = {"load": 1.0, "stroke": 5e-7, "pressure": 90.0, "acceleration": 3e-3}
+    slow_run = track("run-1,A", "free-run", 90, drive=RECORDS["free-run"][0])
+    snap = track("snap-1,A", "release", 64)
+    more = {"kappa[run-1,A]": 0.2, "kappa_tank[run-1,A]": -0.2, "preload[snap-1,A]": 6e3,
+            "release_time[snap-1,A]": 0.0097}  # fmt: skip
+    for group in (SlowGroup, ReleaseGroup):
+        one = slow_run if group is SlowGroup else snap
+        angles = {f"pickup_angle_{q}[{one.label}]": 1.0 + i for i, q in enumerate(group.quantities)}
+        values = {k: jnp.asarray([v]) for k, v in (NOMINAL | own | more | angles).items()}
+        plain = group((one,), effects(BASE)).predict(values)
+        read = group((one,), effects((*BASE, "mains-pickup"))).predict(values)
+        times = one.interval * np.arange(one.samples)
+        for i, q in enumerate(group.quantities):
+            line = 40.0 * per_newton[q] * np.sin(2.0 * np.pi * 59.3 * times + 1.0 + i)
+            change = np.asarray(read[q] - plain[q])[: one.samples, 0, 0]
+            np.testing.assert_allclose(change, line, atol=1e-6 * per_newton[q])
 
 
 @pytest.mark.slow

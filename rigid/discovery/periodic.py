@@ -21,7 +21,7 @@ from scipy.stats import norm
 
 from rigid.discovery.fitted import Fitted
 from rigid.effects import AbstractEffect
-from rigid.likelihood.groups import beating
+from rigid.likelihood.per_record import beating
 from rigid.likelihood.priors import AbstractPrior, make_prior
 from rigid.likelihood.tracks import Track
 from rigid.localfit.candidates import Candidate, all_standard_of, amplitude_of, priors_of
@@ -46,15 +46,18 @@ LOG_MASS = np.log(norm.pdf(QUANTILES) / norm.pdf(QUANTILES).sum())
 class Line(NamedTuple):
     """The likeliest frequency at which the records beat.
 
-    - `frequency` [Hz]. - `angles`: label and value [rad] of the pump's angle in each record.
+    - `frequency` [Hz]. - `angles`: label and value [rad] of the pump's angle in each record, or of
+      that of a line in each channel.
     - `log_share`: log of the share of all settings that it stands for. - `chance`: log Bayes
-      factors of a line in simulated records that have none.
+      factors of a line in simulated records that have none. - `ratios`: label and value of what
+      amplitudes of some channels are over those of others.
     """
 
     frequency: float
     angles: tuple[tuple[str, float], ...]
     log_share: float
     chance: tuple[float, ...]
+    ratios: tuple[tuple[str, float], ...] = ()
 
     def candidate(self, effect: type[AbstractEffect], given: dict[str, AbstractPrior]) -> Candidate:
         """Return the effect with these numbers, every angle's prior turned so as to be around it.
@@ -64,7 +67,8 @@ class Line(NamedTuple):
         priors = priors_of(effect, given)
         amplitude, absent, prior = amplitude_of(priors)
         assert effect.beat is not None  # the caller asks
-        shape = {amplitude: absent, effect.beat: self.frequency, **dict(self.angles)}
+        shape = {amplitude: absent, effect.beat: self.frequency}
+        shape |= dict(self.angles) | dict(self.ratios)
         around = {
             label: make_prior("uniform", {"low": at - math.pi, "high": at + math.pi}, label)
             for label, at in self.angles
@@ -158,19 +162,19 @@ def lines(fit: Fitted, effect: type[AbstractEffect]) -> Line | None:
         log_bayes_of_line,
         known=known,
         sizes=np.asarray(prior.from_standard(QUANTILES)) - absent,
-        log_prior=_log_prior(priors[effect.beat][1], heard.frequencies),
+        log_prior=log_prior_of(priors[effect.beat][1], heard.frequencies),
     )
     gradients = heard.gradients(local.terms.score)
     each = weigh(gradients)
     best = int(np.argmax(each))
     gradient, size = np.abs(gradients[:, best]).sum(), known[:, best].sum()
-    share = _total(each) - float(log_bayes(gradient, size, amplitudes(prior, absent)))
+    share = total(each) - float(log_bayes(gradient, size, amplitudes(prior, absent)))
     turned = np.mod(1.5 * math.pi - np.angle(gradients[:, best]), 2.0 * math.pi) - math.pi
     return Line(
         float(heard.frequencies[best]),
         tuple(zip(heard.angles, turned.tolist(), strict=True)),
         share,
-        tuple(_total(weigh(one)) for one in heard.gradients(_noise(local))),
+        tuple(total(weigh(one)) for one in heard.gradients(noise(local))),
     )
 
 
@@ -240,7 +244,7 @@ def _grid(local: LocalFit, prior: AbstractPrior, heard: Sequence[Heard]) -> np.n
     return low + (top - low) / max(count, 1) * np.arange(count)
 
 
-def _log_prior(prior: AbstractPrior, frequencies: np.ndarray) -> np.ndarray:
+def log_prior_of(prior: AbstractPrior, frequencies: np.ndarray) -> np.ndarray:
     """Log of the prior of each frequency tried, one of which it is."""
     edges = np.append(frequencies, 2.0 * frequencies[-1] - frequencies[-2])
     below = norm.cdf(all_standard_of(prior, edges))
@@ -265,12 +269,12 @@ def log_bayes_of_line(
     return np.asarray(logsumexp(each, axis=0)) + log_prior
 
 
-def _total(logs: np.ndarray) -> float:
+def total(logs: np.ndarray) -> float:
     """Logarithm of a sum of exponentials."""
     return float(np.asarray(logsumexp(logs)))
 
 
-def _noise(local: LocalFit) -> np.ndarray:
+def noise(local: LocalFit) -> np.ndarray:
     """Slopes of the log-likelihood in records whose residuals are noise (CHANCES, n)."""
     rng = np.random.default_rng(CHANCES)
     spread = np.sqrt(np.maximum(local.terms.curvature, 0.0))

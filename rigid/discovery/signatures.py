@@ -8,6 +8,7 @@ from jaxtyping import Float
 
 from rigid.discovery.fitted import Fitted
 from rigid.discovery.periodic import Line, lines
+from rigid.discovery.pickup import picked_up
 from rigid.discovery.unmodelled import SORTS
 from rigid.discovery.unmodelled.base import AbstractHidden, Bumps, none, together
 from rigid.effects import AbstractEffect
@@ -76,7 +77,8 @@ def laid_out(fit: Fitted, effects: Effects, shelf: Shelf) -> Bench:
 
     def make() -> tuple[np.ndarray, dict[str, Line], Bumps]:
         hidden = hidden_signatures(fit, SORTS.values())
-        heard = {e: line for e in beating if (line := lines(fit, e)) is not None}
+        searched = {e: (picked_up if e.picked_up() else lines)(fit, e) for e in beating}
+        heard = {e: line for e, line in searched.items() if line is not None}
         beats = [line.candidate(e, given) for e, line in heard.items()]
         both = [signatures(base, fit.programs, some) for some in (spread, beats)]
         return np.concatenate(both, axis=1), {e.name: one for e, one in heard.items()}, hidden

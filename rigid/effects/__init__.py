@@ -44,6 +44,8 @@ ORDER = (
     "temperature-drift",
     "accelerometer-resonance",
     "gradual-release",
+    "mains-pickup",
+    "sample-averaging",
 )
 """In which the catalogue lists what came with it; other effects follow by name."""
 

@@ -151,8 +151,10 @@ class AbstractEffect(eqx.Module):
       pushes the plunger.
     - `bristle`: whether its one state relaxes at a rate that goes with the speed, and linearly in
       the state.
-    - `beat`: of an effect that beats with the pump, the label of its frequency [Hz]. The angle at
-      which the pump stood is a number of each record's own.
+    - `beat`: of an effect that beats, the label of its frequency [Hz]. If it beats with the pump,
+      the angle at which that stood is a number of each record's own; if sensors pick it up
+      (`lines`), the angle of each channel. `ratios`: then, by quantity, labels of amplitudes over
+      the first one, which is the load cell's.
     - `threshold`: of an effect that sets in at a pressure, the label of it [Pa].
     - `exact`: what it takes for exactly known beside its fixed parameters, for readers.
     - `place`: joint of a machine at which it acts; empty where it is of the rig or of a motion.
@@ -167,6 +169,7 @@ class AbstractEffect(eqx.Module):
     kinds: ClassVar[tuple[str, ...] | None] = None
     bristle: ClassVar[bool] = False
     beat: ClassVar[str | None] = None
+    ratios: ClassVar[Mapping[str, str]] = {}
     threshold: ClassVar[str | None] = None
     exact: ClassVar[str] = ""
     place: ClassVar[str] = ""
@@ -194,6 +197,19 @@ class AbstractEffect(eqx.Module):
     def strap(self) -> Strap | None:
         """Return how the straps of releases let go; None: at once, or as another effect says."""
         return None
+
+    def averaging(self) -> tuple[Array, Array] | None:
+        """Share of each reading that is a mean about its instant, over what part of an interval."""
+        return None
+
+    def lines(self) -> Mapping[str, tuple[Array, Array]]:
+        """Amplitude [SI] and frequency [Hz] of what a sensor reads beside the rest, by quantity."""
+        return {}
+
+    @classmethod
+    def picked_up(cls) -> bool:
+        """Whether sensors pick it up, each channel by itself."""
+        return cls.lines is not AbstractEffect.lines
 
     def friction(self, omega: Array) -> Array:
         """Complex friction coefficient mu(omega) that the effect adds [N s/m]; 0 unless told."""

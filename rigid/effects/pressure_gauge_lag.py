@@ -2,14 +2,11 @@
 
 from typing import ClassVar
 
-import jax.numpy as jnp
 from jax import Array
 
 from rigid.effects.base import AbstractEffect, Action, Distortion, Seen, State
 from rigid.effects.declare import any_size, parameter
-
-QUICKEST = 1e-3
-"""Time [s] on which the filter works where nothing lags: a tenth of a sampling interval."""
+from rigid.effects.low_pass import following
 
 
 class PressureGaugeLag(AbstractEffect):
@@ -45,9 +42,9 @@ class PressureGaugeLag(AbstractEffect):
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:
         """Return how the filtered pressure follows that of the chamber."""
-        return Action(rates=((state.pressure - own[0]) / jnp.hypot(self.time, QUICKEST),))
+        return Action(rates=(following(state.pressure, own[0], self.time),))
 
     def sense(self, seen: Seen) -> Distortion:
         """Return how far the gauge is behind."""
-        behind = (seen.state.pressure - seen.own[0]) / jnp.hypot(self.time, QUICKEST)
+        behind = following(seen.state.pressure, seen.own[0], self.time)
         return Distortion(pressure=-self.time * behind)

@@ -2,14 +2,11 @@
 
 from typing import ClassVar
 
-import jax.numpy as jnp
 from jax import Array
 
 from rigid.effects.base import AbstractEffect, Action, Distortion, Seen, State
 from rigid.effects.declare import any_size, parameter
-
-QUICKEST = 1e-3
-"""Time [s] on which the filter works where nothing lags: a tenth of a sampling interval."""
+from rigid.effects.low_pass import following
 
 
 class StrokeSensorLag(AbstractEffect):
@@ -43,7 +40,7 @@ class StrokeSensorLag(AbstractEffect):
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:
         """Return how the filtered speed follows that of the plunger."""
-        return Action(rates=((state.slip - own[0]) / jnp.hypot(self.time, QUICKEST),))
+        return Action(rates=(following(state.slip, own[0], self.time),))
 
     def sense(self, seen: Seen) -> Distortion:
         """Return how far the sensor is behind."""

@@ -74,6 +74,10 @@ class Piece:
         """By how much [s] channels are read late (channel -> time, negative: early)."""
         return {}
 
+    def taps(self) -> tuple[tuple[float, float], ...]:
+        """At which times [s] beside its own a sample of a slow record is read, and their shares."""
+        return ()
+
     def within(self, rig: "Rig", run: "Run") -> "tuple[Piece, ...]":
         """Give the pieces that stand for this one in a run; a cause may be absent from some."""
         return (self,)

@@ -58,14 +58,26 @@ def _slow(
     for piece in plant.pieces:
         for channel, delay in piece.delays().items():
             delays[channel] = delays.get(channel, 0.0) + delay
+    taps = [tap for piece in plant.pieces for tap in piece.taps()]
+    taps.append((0.0, 1.0 - sum(share for _, share in taps)))
     # Whole nanoseconds: the solver cannot step from a break to a sample 1e-16 s after it.
-    looked = {d: np.round(np.maximum(times - d, 0.0), 9) for d in delays.values()} | {0.0: times}
-    every = np.unique(np.concatenate(list(looked.values())))
-    values = readings(plant, trajectory(plant, rest, every, tolerance), every)
-    return {
-        channel: read[np.searchsorted(every, looked[delays.get(channel, 0.0)])]
-        for channel, read in values.items()
+    looked = {
+        (late, after): np.round(np.maximum(times + after - late, 0.0), 9)
+        for late in {0.0, *delays.values()}
+        for after, _ in taps
     }
+    every = np.unique(np.concatenate([times, *looked.values()]))
+    values = readings(plant, trajectory(plant, rest, every, tolerance), every)
+
+    def read(channel: str) -> np.ndarray:
+        late = delays.get(channel, 0.0)
+        parts = [
+            share * values[channel][np.searchsorted(every, looked[late, after])]
+            for after, share in taps
+        ]
+        return np.sum(parts, axis=0)
+
+    return {channel: read(channel) for channel in values}
 
 
 def _release(plant: Plant, run: Run, known: bool, tolerance: float) -> dict[str, np.ndarray]:

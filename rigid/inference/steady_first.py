@@ -14,8 +14,8 @@ import numpy as np
 from rigid.effects import AbstractEffect
 from rigid.inference.search import prior_draws, search
 from rigid.likelihood.assemble import assemble, chosen_effects
-from rigid.likelihood.groups import LEAD, PUMP_ANGLE
 from rigid.likelihood.parameters import Parameters
+from rigid.likelihood.per_record import PUMP_ANGLE
 from rigid.likelihood.problem import Problem
 from rigid.records.record import Record
 from rigid.spec import Spec
@@ -82,7 +82,7 @@ def steady_part(spec: Spec) -> Spec | None:
         return None
     if not any(_rubs(effects[name]) for name in left):
         return None
-    gone = {i.name for e in moving.values() for i in e.parameters()} | {PUMP_ANGLE, LEAD}
+    gone = {i.name for e in moving.values() for i in e.parameters()} | {PUMP_ANGLE}
     gone |= {label for e in moving.values() for label in e.labels()}
     places = {place for r in spec.records for place in _places(r)}
     gone_priors = gone | {f"{name}[{place}]" for name in gone for place in places}

@@ -1,7 +1,7 @@
 """Records of one kind simulated together, in one compiled program for all walkers."""
 
 from abc import abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import ClassVar, NamedTuple
 
@@ -14,15 +14,13 @@ from rigid.effects import AbstractEffect
 from rigid.effects.base import Strap
 from rigid.likelihood.machine import Place
 from rigid.likelihood.parameters import Scoped
+from rigid.likelihood.per_record import LEAD, PUMP_ANGLE, picked
 from rigid.likelihood.tracks import Track
 from rigid.physics import full, inverse, release, slow, staggered
 from rigid.physics.drive import Drive, Drives, side_by_side
+from rigid.physics.pickup import with_lines
 from rigid.physics.rig import Rig, build_rig
 from rigid.physics.strap import REACH, abrupt, edges, lattice, let_go
-
-PUMP_ANGLE = "pump_angle"
-LEAD = "release_lead"
-"""Angle [rad] at which the pump stood when a record began; a number of each record's own."""
 
 
 class AbstractGroup(eqx.Module):
@@ -55,12 +53,23 @@ class AbstractGroup(eqx.Module):
         """What is known of the records before a fit."""
 
     @abstractmethod
-    def inputs(self, values: Mapping[str, Array]) -> tuple[eqx.Module | Array | None, ...]:
+    def inputs(
+        self, values: Mapping[str, Array]
+    ) -> tuple[eqx.Module | Array | dict[str, Array] | None, ...]:
         """Return what a simulation takes of the parameters: rig, then (..., walkers) each."""
 
     def predict(self, values: Mapping[str, Array]) -> dict[str, Array]:
         """Return ideal readings by quantity, (samples, tracks, walkers), from values by label."""
         return self.own(self.grid.simulate(self.inputs(values)))
+
+    def angles(self, values: Mapping[str, Array], like: Array) -> dict[str, list[Array]]:
+        """Angles [rad] (walkers,) of lines that sensors pick up, of each track, by quantity."""
+        if not any(effect.picked_up() for effect in self.effects):
+            return {}
+        return {
+            q: [values.get(picked(q, t.label), 0.0) + 0.0 * like for t in self.tracks]
+            for q in self.quantities
+        }
 
     def own(self, found: dict[str, Array]) -> dict[str, Array]:
         """Return readings on the grid for the group's own samples and tracks."""
@@ -91,12 +100,14 @@ class SlowGrid(AbstractGrid):
 
     def simulate(self, inputs: tuple) -> dict[str, Array]:
         """Return load, stroke and pressure; `inputs` as of `SlowGroup.inputs`."""
-        rig, contact, fractions, angles = inputs
+        rig, contact, fractions, angles, picked_up = inputs
         if self.tolerance is not None:
-            return full.march(rig, contact, fractions, self.drives, angles, self.tolerance)
-        if rig.steady:
-            return slow.march(rig, contact, fractions, self.drives)
-        return staggered.march(rig, contact, fractions, self.drives, angles)
+            found = full.march(rig, contact, fractions, self.drives, angles, self.tolerance)
+        elif rig.steady:
+            found = slow.march(rig, contact, fractions, self.drives)
+        else:
+            found = staggered.march(rig, contact, fractions, self.drives, angles)
+        return with_lines(rig, found, self.drives.interval, picked_up)
 
 
 class SlowGroup(AbstractGroup):
@@ -137,13 +148,16 @@ class SlowGroup(AbstractGroup):
         drives = side_by_side(self._spread(self._drives), self._laid.switches)
         return SlowGrid(drives, self.tolerance)
 
-    def inputs(self, values: Mapping[str, Array]) -> tuple[Rig, Array, Array, Array]:
-        """Return rig, stiffness of the frame, flow fractions and the pump's angles."""
+    def inputs(
+        self, values: Mapping[str, Array]
+    ) -> tuple[Rig, Array, Array, Array, dict[str, Array]]:
+        """Return rig, stiffness of the frame, flow fractions, angles of pump and sensors' lines."""
         seen = Scoped(values, self.tracks[0].scope)
         framed = self.tracks[0].of.contact == "frame"
         contact = seen["k_frame"] * (1.0 if framed else 0.0)
         rig = build_rig(self.effects, seen)
-        return rig, contact, self._fractions(values, contact), self._angles(values, contact)
+        lines = {q: jnp.stack(self._spread(a)) for q, a in self.angles(values, contact).items()}
+        return rig, contact, self._fractions(values, contact), self._angles(values, contact), lines
 
     def _angles(self, values: Mapping[str, Array], like: Array) -> Array:
         """Angles of the pump (tracks, walkers) [rad], 0 where nothing beats."""
@@ -180,10 +194,14 @@ class ReleaseGrid(AbstractGrid):
 
     def simulate(self, inputs: tuple) -> dict[str, Array]:
         """Return the acceleration, 0 before the release; `inputs` as of `ReleaseGroup.inputs`."""
-        rig, preload, instant, law = inputs
+        rig, preload, instant, law, picked_up = inputs
         delay = self.onset_times[:, None] - instant
-        if law is not None:
-            return {"acceleration": self._gradual(rig, preload, delay, law)}
+        swing = self._sudden if law is None else partial(self._gradual, law=law)
+        found = {"acceleration": swing(rig, preload, delay)}
+        return with_lines(rig, found, self.interval, picked_up)
+
+    def _sudden(self, rig: Rig, preload: Array, delay: Array) -> Array:
+        """Acceleration where straps let go at once."""
         longest = max(size - o for size, o in zip(self.sizes, self.onsets, strict=True))
         ring = release.ring if rig.steady else staggered.ring
         if self.tolerance is not None:
@@ -194,7 +212,7 @@ class ReleaseGrid(AbstractGrid):
         for i, onset in enumerate(self.onsets):
             length = min(longest, samples - onset)
             out = out.at[onset : onset + length, i].set(swing[:length, i])
-        return {"acceleration": out}
+        return out
 
     def _gradual(self, rig: Rig, preload: Array, delay: Array, law: Array) -> Array:
         """Acceleration where straps take their time; records begin REACH samples before the onset.
@@ -231,12 +249,15 @@ class ReleaseGroup(AbstractGroup):
             self.tolerance,
         )
 
-    def inputs(self, values: Mapping[str, Array]) -> tuple[Rig, Array, Array, Array | None]:
-        """Return rig, preloads, instants of release, and how straps let go; None: at once."""
+    def inputs(
+        self, values: Mapping[str, Array]
+    ) -> tuple[Rig, Array, Array, Array | None, dict[str, Array]]:
+        """Return rig, preloads, instants of release, how straps let go (None: at once), angles."""
         rig = build_rig(self.effects, Scoped(values, self.tracks[0].scope))
         preload = jnp.stack([values[f"preload[{t.label}]"] for t in self.tracks])
         instant = jnp.stack([values[f"release_time[{t.label}]"] for t in self.tracks])
-        return rig, preload, instant, self._law(rig.strap(), values, preload)
+        lines = {q: jnp.stack(a) for q, a in self.angles(values, preload[0]).items()}
+        return rig, preload, instant, self._law(rig.strap(), values, preload), lines
 
     def _law(self, strap: Strap | None, values: Mapping[str, Array], like: Array) -> Array | None:
         """Instants after the release time by which shares of the preload have gone [s]."""
@@ -305,21 +326,6 @@ def _alike(asked: Sequence[tuple]) -> list[list[int]]:
         shapes = tuple((jnp.shape(leaf), jnp.result_type(leaf)) for leaf in leaves)
         alike.setdefault((form, shapes), []).append(i)
     return list(alike.values())
-
-
-def beating(effects: Iterable[type[AbstractEffect]], tracks: Iterable[Track]) -> dict[str, str]:
-    """Label of the pump's angle when a track began, by label of the track.
-
-    Of those tracks that beat: one of the effects does, and the valve is open. One pump serves both
-    cylinders, so that tracks of one record that begin at one instant share its angle.
-    """
-    kinds = [e for e in effects if e.beat is not None]
-    listed = [t for t in tracks if 1 in t.open_levels and any(e.acts_in(t.kind) for e in kinds)]
-    begun: dict[str, set[float]] = {}
-    for t in listed:
-        begun.setdefault(t.name, set()).add(round(float(t.first), 6))
-    places = {t.label: t.name if len(begun[t.name]) == 1 else t.label for t in listed}
-    return {label: f"{PUMP_ANGLE}[{place}]" for label, place in places.items()}
 
 
 def flow_label(track: Track, level: int) -> str:

@@ -11,10 +11,18 @@ from rigid.effects.declare import ParameterInfo, PriorDescription
 from rigid.io.errors import together
 from rigid.likelihood.effect_lookup import effects_named
 from rigid.likelihood.grouping import Grouping, explained
-from rigid.likelihood.groups import LEAD, PUMP_ANGLE, beating, flow_name
+from rigid.likelihood.groups import flow_name
 from rigid.likelihood.machine import constants, lay_out
 from rigid.likelihood.machine_runs import starts
 from rigid.likelihood.parameters import Parameter, Parameters, collect, require_known
+from rigid.likelihood.per_record import (
+    LEAD,
+    PICKUP_ANGLE,
+    PUMP_ANGLE,
+    beating,
+    letting_go,
+    picking_up,
+)
 from rigid.likelihood.priors import AbstractPrior, make_prior
 from rigid.likelihood.tracks import Series, Track
 from rigid.physics.sensors import UNITS
@@ -196,7 +204,7 @@ def _spread(spec: Spec, one: Parameter, tracks: tuple[Track, ...]) -> Iterator[P
 def of_records(effects: Effects, tracks: Iterable[Track]) -> list[Parameter]:
     """Numbers that effects bring in for each of some records, in which all of them act."""
     listed = tuple(tracks)
-    return [*pump_angles(effects, listed), *_leads(effects, listed)]
+    return [*_angles(effects, listed), *_leads(effects, listed)]
 
 
 def _leads(effects: Effects, tracks: Iterable[Track]) -> Iterator[Parameter]:
@@ -205,21 +213,27 @@ def _leads(effects: Effects, tracks: Iterable[Track]) -> Iterator[Parameter]:
     The instant of a release lies between two samples; where a fifth of a gradual one has gone may
     be a sample before or after.
     """
-    for t in tracks:
-        if t.onset is not None and any(effect.gradual() for effect in effects):
-            prior = _described(declare.normal(0.0, t.interval))
-            yield of_record(LEAD, (t.name, t.cylinder), r"\delta_0", "s", prior)
-
-
-def pump_angles(effects: Effects, tracks: Iterable[Track]) -> list[Parameter]:
-    """Angles at which records found the pump where effects beat with it: all angles are alike."""
     listed = tuple(tracks)
-    labels, prior = beating(effects, listed), _described(ANY_ANGLE)
+    labels = letting_go(effects, listed)
+    for t in (t for t in listed if t.label in labels):
+        prior = _described(declare.normal(0.0, t.interval))
+        yield of_record(LEAD, (t.name, t.cylinder), r"\delta_0", "s", prior)
+
+
+def _angles(effects: Effects, tracks: Iterable[Track]) -> list[Parameter]:
+    """Angles at which records found what beats: all are alike."""
+    kinds, listed = tuple(effects), tuple(tracks)
+    labels, prior = beating(kinds, listed), _described(ANY_ANGLE)
     found: dict[str, Parameter] = {}
     for t in (t for t in listed if t.label in labels):
         shared = labels[t.label] == f"{PUMP_ANGLE}[{t.name}]"
         places = (t.name,) if shared else (t.name, t.cylinder)
         found[labels[t.label]] = of_record(PUMP_ANGLE, places, r"\varphi_\mathrm{r}", "rad", prior)
+    by_label = {t.label: t for t in listed}
+    for (track, quantity), label in picking_up(kinds, listed).items():
+        places = (by_label[track].name, by_label[track].cylinder)
+        symbol = rf"\varphi_\mathrm{{h,{quantity}}}"
+        found[label] = of_record(f"{PICKUP_ANGLE}_{quantity}", places, symbol, "rad", prior)
     return list(found.values())
 
 

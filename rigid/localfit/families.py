@@ -20,7 +20,7 @@ from jax import Array
 
 from rigid.effects import AbstractEffect
 from rigid.likelihood.groups import AbstractGrid, AbstractGroup
-from rigid.likelihood.listing import of_records
+from rigid.likelihood.per_record import of_all
 from rigid.likelihood.problem import Problem
 from rigid.localfit.candidates import quiet_values
 from rigid.localfit.hidden_inputs import hidden_of
@@ -100,7 +100,7 @@ def _family(problem: Problem, effects: Effects) -> Family:
         more = acting(effects, group.tracks[0].kind)
         groups.append(dataclasses.replace(group, effects=group.effects + more))
     quiet = {label: value for effect in effects for label, value in quiet_values(effect).items()}
-    quiet |= {p.label: 0.0 for p in of_records(effects, problem.tracks)}
+    quiet |= dict.fromkeys(of_all(effects, problem.tracks), 0.0)
     return Family(effects, tuple(groups), quiet)
 
 

@@ -128,8 +128,9 @@ class Hypothesis:
           own to the two of them together. Sensors and what varies by kind or cylinder are not.
         """
         inside = np.array([t.label in tracks for t in self.problem.tracks])
-        own = self._own[:, inside].any(axis=1) & ~self._own[:, ~inside].any(axis=1)
-        return np.pad(own, (0, self.size - len(own)))
+        there = np.any(self._own[:, inside], axis=1)
+        own = np.logical_and(there, ~np.any(self._own[:, ~inside], axis=1))
+        return np.pad(own, (0, self.size - len(self.parameters)))
 
     @cached_property
     def _own(self) -> np.ndarray:

@@ -1,9 +1,17 @@
-"""Series whose time stamps lag: what was read at t is what was there a delay before.
+"""Readings of what was there before, or of a mean about it: late time stamps, slow converters.
 
 Between two samples lies the cubic through both and their rates of change, each as it is within that
 interval. A cubic through neighbours alone would spread a jump of the pressure, where the valve
 switches, over the samples beside it, though a delay of half a millisecond moves none of them there.
+Just after a switch, where a rig or a lagging sensor answers within a few milliseconds, there are
+such cubics in each of some parts of an interval.
+
+What stands on record is a weighted sum of what such cubics go through. The weights follow from
+delay and mean before a simulation, so that a step keeps the sums alone.
 """
+
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -16,10 +24,77 @@ READ = ("load", "stroke", "pressure")
 """What is read of slow records."""
 
 
-def late(rig: Rig) -> tuple[int, ...]:
-    """Places in READ of what has time stamps that lag."""
-    lags = rig.delays()  # of an effect of one's own perhaps what no slow record reads
-    return tuple(i for i, quantity in enumerate(READ) if quantity in lags)
+class Look(NamedTuple):
+    """Of what one quantity's readings on record are made.
+
+    - `place`: in READ. - `back`: numbers of the intervals that make a reading, 0 the one that
+      begins `whole` (walkers,) samples before it, 1 the one before that.
+    - `once` (back, 1, 4, walkers): weights of the values where an interval begins and ends, and of
+      the rates [1/s] there. - `cut` (back, parts, 4, walkers): the same in parts of an interval.
+    """
+
+    place: int
+    back: tuple[int, ...]
+    whole: Array
+    once: Array
+    cut: Array
+
+
+def looks(rig: Rig, interval: float, parts: int) -> tuple[Look, ...]:
+    """Return what is not read at its instant; `parts`: into which some intervals are cut."""
+    lags, mean, found = rig.delays(), rig.averaging(), []
+    for place, quantity in enumerate(READ):
+        if quantity not in lags and mean is None:
+            continue
+        lag = lags.get(quantity, jnp.zeros(1)) / interval
+        whole = jnp.floor(lag)
+        back = (1,) if mean is None else (0, 1, 2)
+        once, cut = (_weights(lag - whole, mean, back, interval, n) for n in (1, parts))
+        found.append(Look(place, back, whole.astype(int), once, cut))
+    return tuple(found)
+
+
+def _weights(
+    late: Array, mean: tuple[Array, Array] | None, back: Sequence[int], interval: float, parts: int
+) -> Array:
+    """Weights (back, parts, 4, walkers) of values and rates.
+
+    - `late` (walkers,): fraction of an interval. - `mean`: share that is one, and over what part of
+      an interval.
+    """
+    at, length = jnp.arange(parts)[:, None], interval / parts
+    units = jnp.asarray([1.0, 1.0, length, length])
+
+    def within(x: Array) -> Array:
+        return jnp.clip(parts * x - at, 0.0, 1.0)
+
+    place = parts * (1.0 - late)
+    here = (place > at) & (place <= at + 1)
+    point = jnp.where(here[:, None], _through(within(1.0 - late)), 0.0)
+    if mean is None:
+        return point[None] * units[:, None]
+    share, width = mean
+    rows = []
+    for number in back:
+        ends = (jnp.clip(number - late + 0.5 * s * width, 0.0, 1.0) for s in (-1.0, 1.0))
+        low, high = (_under(within(x)) for x in ends)
+        row = share * (high - low) / (parts * width)
+        rows.append(row + (1.0 - share) * point if number == 1 else row)
+    return jnp.stack(rows) * units[:, None]
+
+
+def _through(v: Array) -> Array:
+    """What values and rates at 0 and 1 add to their cubic at v: (parts, 4, walkers)."""
+    rest = 1.0 - v
+    first, last = rest**2 * (1.0 + 2.0 * v), v**2 * (1.0 + 2.0 * rest)
+    return jnp.stack([first, last, v * rest**2, -rest * v**2], axis=1)
+
+
+def _under(v: Array) -> Array:
+    """What they add to the integral of it from 0 to v."""
+    first, last = v - v**3 + 0.5 * v**4, v**3 - 0.5 * v**4
+    begin, end = v**2 / 2.0 - 2.0 * v**3 / 3.0 + v**4 / 4.0, v**4 / 4.0 - v**3 / 3.0
+    return jnp.stack([first, last, begin, end], axis=1)
 
 
 def in_motion(rig: Rig, flat: Array, outside: Surroundings) -> tuple[Array, Array]:
@@ -27,68 +102,67 @@ def in_motion(rig: Rig, flat: Array, outside: Surroundings) -> tuple[Array, Arra
     shape = flat.shape[1:]
     rates = rig.motion(flat, outside).rates
     along = jnp.stack([jnp.broadcast_to(r, shape) for r in rates])
-    return jax.jvp(lambda y: _read(rig, y, outside), (flat,), (along,))
+    return jax.jvp(lambda y: read(rig, y, outside), (flat,), (along,))
 
 
-def stepped(rig: Rig, begin: tuple[Array, Surroundings], end: tuple[Array, Surroundings]) -> Array:
-    """What is read where a step begins; `begin`, `end`: flat states and surroundings there.
-
-    Returns readings (3, ...), beneath them how fast those that lag change where the step begins
-    and where it ends: where the valve switches these are not those of the steps beside it.
-    """
-    if not late(rig):
-        return _read(rig, *begin)
-    values, rates = in_motion(rig, *begin)
-    return with_late(rig, values, rates, in_motion(rig, *end)[1])
-
-
-def with_late(rig: Rig, values: Array, *rates: Array) -> Array:
-    """Put the rates of what lags beneath readings; all (..., 3, tracks, walkers)."""
-    rows = [one[..., i : i + 1, :, :] for one in rates for i in late(rig)]
-    return jnp.concatenate([values, *rows], axis=-3)
-
-
-def _read(rig: Rig, flat: Array, outside: Surroundings) -> Array:
+def read(rig: Rig, flat: Array, outside: Surroundings) -> Array:
+    """Readings (3, ...) of a flat state."""
     shape = flat.shape[1:]
     return jnp.stack([jnp.broadcast_to(r, shape) for r in readings(rig, flat, outside)[:3]])
 
 
-def on_record(
-    rig: Rig, series: Array, end: tuple[Array, Surroundings], interval: float
-) -> dict[str, Array]:
+def sums(
+    found: Sequence[Look], begin: tuple[Array, Array], end: tuple[Array, Array], part: Array | None
+) -> Array:
+    """What an interval, or a part of it, adds to readings on record: (..., rows, tracks, walkers).
+
+    - `begin`, `end`: readings (..., 3, tracks, walkers) and their rates where it begins and ends.
+    - `part`: its number; None: all of the interval.
+    """
+    rows = []
+    for look in found:
+        four = [one[..., look.place, :, :] for one in (begin[0], end[0], begin[1], end[1])]
+        for row in look.once[:, 0] if part is None else look.cut[:, part]:
+            rows.append(sum(weight * one for weight, one in zip(row, four, strict=True)))
+    if not rows:
+        return begin[0][..., :0, :, :]
+    return jnp.stack(rows, axis=-3)
+
+
+def over_step(
+    rig: Rig,
+    found: Sequence[Look],
+    begin: tuple[Array, Surroundings],
+    end: tuple[Array, Surroundings],
+    part: Array | None = None,
+) -> Array:
+    """What a step adds to readings on record, as `sums`.
+
+    - `begin`, `end`: flat states and surroundings there.
+    """
+    if not found:
+        return begin[0][:0]
+    return sums(found, in_motion(rig, *begin), in_motion(rig, *end), part)
+
+
+def on_record(found: Sequence[Look], series: Array, last: Array) -> dict[str, Array]:
     """What stands on record (samples, tracks, walkers), by quantity.
 
-    - `series` (samples - 1, rows, tracks, walkers): what `stepped` gives of each step between two
-      samples. - `end`: flat state and surroundings at the last sample. - `interval` [s].
+    - `series` (samples - 1, 3 + rows, tracks, walkers): readings where each interval begins,
+      beneath them what it adds to readings on record. - `last` (3, tracks, walkers): at the end.
+
+    Before the first sample and after the last all stands still.
     """
-    last = _read(rig, *end)[None]
-    lags, places, count = rig.delays(), late(rig), len(READ)
-    out = {}
-    for i, name in enumerate(READ):
-        out[name] = jnp.concatenate([series[:, i], last[:, i]])
-        if i in places:
-            at = count + places.index(i)
-            rates = interval * series[:, at], interval * series[:, at + len(places)]
-            out[name] = delayed(out[name], rates, lags[name] / interval)
+    out = {name: jnp.concatenate([series[:, i], last[None, i]]) for i, name in enumerate(READ)}
+    at = len(READ)
+    for look in found:
+        still = out[READ[look.place]]
+        total = jnp.zeros_like(still)
+        for number, weights in zip(look.back, look.once, strict=True):
+            steady = (weights[0, 0] + weights[0, 1]) * still[jnp.asarray([0, -1])]
+            rows = jnp.concatenate([steady[:1], series[:, at], steady[1:]])
+            interval = jnp.arange(len(still))[:, None] - look.whole - number
+            place = jnp.clip(interval + 1, 0, len(rows) - 1)[:, None, :]
+            total, at = total + jnp.take_along_axis(rows, place, axis=0), at + 1
+        out[READ[look.place]] = total
     return out
-
-
-def delayed(series: Array, rates: tuple[Array, Array], lag: Array) -> Array:
-    """Shift a series (samples, tracks, walkers) by `lag` (walkers,) sampling intervals.
-
-    - `rates` (samples - 1, tracks, walkers): by how much it changes an interval, where each
-      interval begins and where it ends. Before the first sample and after the last it stands still.
-    """
-    whole = jnp.floor(lag)
-    u = (1.0 - (lag - whole))[None, None, :]
-    first = jnp.arange(series.shape[0])[:, None] - whole.astype(int)[None, :] - 1
-
-    def at(values: Array, index: Array) -> Array:
-        rows = jnp.clip(index, 0, values.shape[0] - 1)[:, None, :]
-        return jnp.take_along_axis(values, rows, axis=0)
-
-    inside = ((first >= 0) & (first < series.shape[0] - 1))[:, None, :]
-    begin, end = (jnp.where(inside, at(one, first), 0.0) for one in rates)
-    left, right, rest = at(series, first), at(series, first + 1), 1.0 - u
-    straight = rest**2 * (1.0 + 2.0 * u) * left + u**2 * (3.0 - 2.0 * u) * right
-    return straight + u * rest * (rest * begin - u * end)

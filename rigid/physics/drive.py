@@ -17,6 +17,9 @@ FINE_WINDOW = 0.1
 """Seconds after a switch of the valve in which every sample is a step of its own, whatever the rig;
 after them it is for as long as the rig rings on."""
 
+FRESH = 8
+"""Samples after a switch of the valve in which sensors may answer within a part of one."""
+
 STRIDE = 8
 """Samples in one long step; a power of two, so that its matrices follow by doubling."""
 
@@ -54,7 +57,8 @@ class Drive(eqx.Module):
 class Plan:
     """How a group of drives is marched through together, a step a sample.
 
-    - `near` (steps,): whether some drive's valve moves within the step or has just moved.
+    - `near` (steps,): whether some drive's valve moves within the step or has just moved. - `fresh`
+      (steps,): whether it did within the last few samples.
     - `levels`, `after` (steps, tracks): flow fraction that applies when the step begins and ends.
     - `kink` (steps, tracks): 0, or 1 + the number of the switch that falls inside the step.
     - `kink_rest` (kinks,) [s]: time from each switch to the end of its step, of one that falls into
@@ -63,6 +67,7 @@ class Plan:
     """
 
     near: Bool[Array, " steps"]
+    fresh: Bool[Array, " steps"]
     levels: Int[Array, "steps tracks"]
     after: Int[Array, "steps tracks"]
     kink: Int[Array, "steps tracks"]
@@ -163,7 +168,8 @@ def plan(drives: Drives) -> Plan:
     switched = jnp.concatenate([jnp.zeros(1, int), levels[:, 1:].ravel()])[kink]
     place = np.stack(np.meshgrid(*map(np.arange, at.shape), indexing="ij"), axis=-1)
     return Plan(
-        near=_near_a_switch(drives, at, index),
+        near=_near_a_switch(drives, at, index, int(np.ceil(FINE_WINDOW / interval)), 1),
+        fresh=_near_a_switch(drives, at, index, FRESH, 0),
         levels=begin,
         after=jnp.where(kink > 0, switched, begin),
         kink=kink,
@@ -186,12 +192,18 @@ def _steps_of(at: Float[Array, "tracks most"], steps: int) -> tuple[Array, Array
 
 
 def _near_a_switch(
-    drives: Drives, at: Float[Array, "tracks most"], index: Int[Array, " steps"]
+    drives: Drives,
+    at: Float[Array, "tracks most"],
+    index: Int[Array, " steps"],
+    window: int,
+    before: int,
 ) -> Bool[Array, " steps"]:
-    """Mark the sample intervals in which some drive needs short steps; each begins with one."""
-    window = int(np.ceil(FINE_WINDOW / drives.interval))
+    """Mark so many sample intervals after a switch of some drive, and some `before` it.
+
+    All drives begin with one.
+    """
     begins = jnp.concatenate([jnp.zeros((len(at), 1)), at], axis=1)
     first = jnp.floor(begins + EDGE)
     counted = first < drives.samples[:, None]
     now = index[:, None, None]
-    return jnp.any((now >= first - 1) & (now < first + window) & counted, axis=(1, 2))
+    return jnp.any((now >= first - before) & (now < first + window) & counted, axis=(1, 2))

@@ -32,6 +32,13 @@ FINER = 0.1
 """Tolerance of the equations within a step, in that of the step: left at the same, their error is
 taken for one of the step, and steps are refused by the thousand."""
 
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)
+NODES = np.concatenate([0.25 * (NODES - 1.0), 0.25 * (NODES + 1.0)])
+WEIGHTS = np.tile(0.25 * WEIGHTS, 2)
+"""Of means about an instant, on either side of it, where a valve may switch."""
+BEYOND = 4
+"""Intervals after the last sample that a record is solved for where readings may be early."""
+
 MAX_STEPS = 200_000
 """Steps of a stretch after which a solve has not ended."""
 
@@ -230,16 +237,21 @@ def march(
 ) -> dict[str, Array]:
     """Simulate a group of slow records from rest; arguments and result as `staggered.march`."""
     walkers = fractions.shape[2]
-    rigs, lags = _by_walker(rig, walkers), rig.delays()
+    rigs, lags, mean = _by_walker(rig, walkers), rig.delays(), rig.averaging()
     start = _by_walker(rest_under(rig, 0.0, contact), walkers)
     columns = []
     for track, samples in enumerate(drives.samples):
         times = drives.interval * jnp.minimum(jnp.arange(drives.size), samples - 1)
-        asked = {q: _asked(times, lags.get(q, 0.0), walkers) for q in READ}
+        last = drives.end[track] + (BEYOND * drives.interval if lags or mean is not None else 0.0)
+        about = jnp.zeros((1, 1)) if mean is None else about_an_instant(drives.interval * mean[1])
+        every = (times[:, None] + about[:, None]).reshape(-1, about.shape[1])
+        on_time = _asked(every, 0.0, last, walkers)
+        asked = {q: _asked(every, lags[q], last, walkers) if q in lags else on_time for q in READ}
         flows = [_flow(contact, fractions[i, track], angles[track]) for i in drives.levels[track]]
         moves = drives.switches[track]
-        way = _Way(rigs, flows, moves, drives.end[track], drives.interval, tolerance)
-        columns.append(_record(way, start, asked))
+        way = _Way(rigs, flows, moves, last, drives.interval, tolerance)
+        found = _record(way, start, asked)
+        columns.append({q: _averaged(series, len(times), mean) for q, series in found.items()})
     return {q: jnp.stack([column[q] for column in columns], axis=1) for q in READ}
 
 
@@ -260,10 +272,22 @@ def _flow(contact: Array, fraction: Array, angle: Array) -> Surroundings:
     return Surroundings(*(jnp.broadcast_to(jnp.asarray(p, float), fraction.shape) for p in parts))
 
 
-def _asked(times: Array, lag: ArrayLike, walkers: int) -> Array:
-    """Times (times, walkers) at which what is read was there; none lies outside the record."""
-    late = times[:, None] - jnp.broadcast_to(lag, (walkers,))
-    return jnp.clip(late, times[0], times[-1])
+def _asked(times: Array, lag: ArrayLike, last: Array, walkers: int) -> Array:
+    """Times (times, walkers) at which what is read was there; none before 0 or after `last`."""
+    return jnp.clip(times - jnp.broadcast_to(lag, (walkers,)), 0.0, last)
+
+
+def about_an_instant(width: Array) -> Array:
+    """Times (nodes + 1, walkers) [s] after an instant: itself, nodes over a `width` about it."""
+    return jnp.concatenate([jnp.zeros(1), NODES])[:, None] * width
+
+
+def _averaged(series: Array, times: int, mean: tuple[Array, Array] | None) -> Array:
+    """Readings (times, walkers) of those at all nodes (nodes * times, walkers), instants first."""
+    if mean is None:
+        return series
+    each = series.reshape(-1, times, series.shape[1])
+    return each[0] + mean[0] * (jnp.tensordot(WEIGHTS, each[1:], axes=1) - each[0])
 
 
 def _record(way: _Way, start: Array, asked: dict[str, Array]) -> dict[str, Array]:

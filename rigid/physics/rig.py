@@ -172,6 +172,11 @@ class Rig(eqx.Module):
         """How straps let go, by the first effect that says so; None: at once."""
         return next((law for e in self.effects if (law := e.strap()) is not None), None)
 
+    def averaging(self) -> tuple[Array, Array] | None:
+        """Share of a reading that is a mean, over what part of a sampling interval; None: none."""
+        means = (effect.averaging() for effect in self.effects)
+        return next((mean for mean in means if mean is not None), None)
+
     def friction(self, omega: Array) -> Array:
         """Complex friction coefficient mu(omega) of all effects together [N s/m]."""
         return friction_of(self.effects, omega)

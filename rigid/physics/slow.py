@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from rigid.physics.delay import in_motion, on_record, stepped, with_late
+from rigid.physics.delay import Look, in_motion, looks, on_record, over_step, read, sums
 from rigid.physics.drive import STRIDE, Drives, Plan, plan
 from rigid.physics.rest import rest_under
 from rigid.physics.rig import Rig, Surroundings
@@ -30,9 +30,13 @@ rings as long as it moves by more within a block than a cubic through the ends."
 
 
 class _Way(NamedTuple):
-    """What does not change along the records of a group."""
+    """What does not change along the records of a group.
+
+    - `looks`: what is not read at its instant.
+    """
 
     rig: Rig
+    looks: tuple[Look, ...]
     contact: Array
     fractions: Array
     strokes: Strokes
@@ -61,12 +65,16 @@ class _Way(NamedTuple):
 
 
 class _Part(NamedTuple):
-    """What the drives do in a step, (tracks,) each, and when it begins [s]."""
+    """What the drives do in a step, (tracks,) each, and when it begins [s].
+
+    - `fresh`: whether a valve has just moved.
+    """
 
     level: Array
     kink: Array
     after: Array
     begin: Array
+    fresh: Array
 
 
 def march(
@@ -87,7 +95,8 @@ def march(
     grid, strokes = plan(drives), foreseen(rig, contact, fractions, drives)
     table = tables(rig, Surroundings(contact), grid, strokes)
     part, rest = (jnp.append(0, w) for w in grid.within(PARTS))
-    way = _Way(rig, contact, fractions, strokes, table, part, rest[:, None], grid.interval)
+    late = looks(rig, grid.interval, PARTS)
+    way = _Way(rig, late, contact, fractions, strokes, table, part, rest[:, None], grid.interval)
 
     def block(carry: tuple[Array, Array], step: tuple) -> tuple[tuple[Array, Array], Array]:
         flat, rings = carry
@@ -110,7 +119,7 @@ def march(
     (flat, _), series = jax.lax.scan(block, (flat, jnp.asarray(False)), (near, parts))
     end = way.outside(parts.level[-1, -1], parts.begin[-1, -1] + grid.interval)
     series = series.reshape(-1, *series.shape[2:])
-    out = on_record(rig, series, (flat, end), grid.interval)
+    out = on_record(late, series, read(rig, flat, end))
     return {name: one[: grid.samples] for name, one in out.items()}
 
 
@@ -130,6 +139,7 @@ def _blocks(grid: Plan) -> tuple[Array, _Part]:
         cut(grid.kink, "constant"),
         cut(grid.after, "edge"),
         jnp.asarray(begin.reshape(-1, STRIDE)),
+        cut(grid.fresh, "constant"),
     )
     return jnp.any(cut(grid.near, "constant"), axis=1), parts
 
@@ -211,8 +221,12 @@ def _at_once(way: _Way, flat: Array, parts: _Part) -> tuple[Array, Array, Array]
     outside = way.outside(parts.level[0], parts.begin[0] + 0.5 * length)
     new = _straight(way, flat, outside, way.stroke(flat, length), 3)
     ends = in_motion(way.rig, flat, outside), in_motion(way.rig, new, outside)
-    changing = (_rates_between(way, *ends, end) for end in (False, True))
-    series = with_late(way.rig, _between(way, *ends), *changing)
+    series = _between(way, *ends)
+    if way.looks:
+        after = jnp.concatenate([series[1:], ends[1][0][None]])
+        first, last = (_rates_between(way, *ends, end) for end in (False, True))
+        more = sums(way.looks, (series, first), (after, last), None)
+        series = jnp.concatenate([series, more], axis=1)
     return new, jnp.asarray(False), series
 
 
@@ -221,9 +235,8 @@ def _by_samples(way: _Way, flat: Array, parts: _Part, bends: Array) -> tuple[Arr
 
     def one(flat: Array, part: _Part) -> tuple[Array, Array]:
         outside = way.outside(part.level, part.begin + 0.5 * way.interval)
-        new = _sample(way, flat, part, bends)
-        end = way.outside(part.after, part.begin + way.interval)
-        return new, stepped(way.rig, (flat, outside), (new, end))
+        new, more = _sample(way, flat, part, bends)
+        return new, jnp.concatenate([read(way.rig, flat, outside), more])
 
     new, series = jax.lax.scan(one, flat, parts)
     first = in_motion(way.rig, flat, way.outside(parts.level[0], parts.begin[0]))
@@ -233,29 +246,42 @@ def _by_samples(way: _Way, flat: Array, parts: _Part, bends: Array) -> tuple[Arr
     return new, jnp.any(off > jnp.asarray(SMOOTH)[:, None, None]), series
 
 
-def _sample(way: _Way, flat: Array, part: _Part, bends: Array) -> Array:
-    """Lead a flat state on by a sample, at once or in parts where the flow changes within it."""
+def _sample(way: _Way, flat: Array, part: _Part, bends: Array) -> tuple[Array, Array]:
+    """Lead a flat state on by a sample, and give what it adds to readings on record.
 
-    def whole(flat: Array) -> Array:
+    At once, or in parts where the flow changes within it, or has just changed and what is read is
+    not that of an instant.
+    """
+
+    def whole(flat: Array) -> tuple[Array, Array]:
         outside = way.outside(part.level, part.begin + 0.5 * way.interval)
-        return _straight(way, flat, outside, way.stroke(flat, way.interval), 2)
+        new = _straight(way, flat, outside, way.stroke(flat, way.interval), 2)
+        end = way.outside(part.after, part.begin + way.interval)
+        return new, over_step(way.rig, way.looks, (flat, outside), (new, end))
 
-    def cut(flat: Array) -> Array:
+    def cut(flat: Array) -> tuple[Array, Array]:
         switched = way.kink_part[part.kink]
 
-        def one(flat: Array, number: Array) -> tuple[Array, None]:
+        def one(flat: Array, number: Array) -> tuple[Array, Array]:
             over = (part.kink > 0) & (number > switched)
             level = jnp.where(over, part.after, part.level)
             kink = jnp.where(number == switched, part.kink, 0)
             begin = part.begin + number * way.interval / PARTS
-            now = _Part(level, kink, part.after, begin)
+            now = _Part(level, kink, part.after, begin, part.fresh)
             fine = bends & _steep(way, flat, now) & ~jnp.any(kink > 0)
             ways = partial(_in_fine_steps, way), partial(_part_of_sample, way)
-            return jax.lax.cond(fine, *ways, flat, now), None
+            new = jax.lax.cond(fine, *ways, flat, now)
+            left = jnp.where(kink > 0, part.after, level)
+            ends = (flat, way.outside(level, begin)), (new, way.outside(left, begin))
+            return new, over_step(way.rig, way.looks, *ends, part=number)
 
-        return jax.lax.scan(one, flat, jnp.arange(PARTS))[0]
+        new, more = jax.lax.scan(one, flat, jnp.arange(PARTS))
+        return new, more.sum(axis=0)
 
-    return jax.lax.cond(bends | jnp.any(part.kink > 0), cut, whole, flat)
+    within = bends | jnp.any(part.kink > 0)
+    if way.looks:
+        within = within | part.fresh
+    return jax.lax.cond(within, cut, whole, flat)
 
 
 def _steep(way: _Way, flat: Array, part: _Part) -> Array:

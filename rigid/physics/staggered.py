@@ -20,7 +20,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from rigid.effects.base import AbstractEffect
-from rigid.physics.delay import on_record, stepped
+from rigid.physics.delay import looks, on_record, over_step, read
 from rigid.physics.drive import Drives, Plan, plan
 from rigid.physics.release import NODE
 from rigid.physics.rest import rest_under
@@ -31,6 +31,9 @@ from rigid.physics.stroke_range import Strokes, foreseen
 SUBSTEPS, WITH_BRISTLES, RELEASE_SUBSTEPS = 16, 24, 4
 """Steps a sample of slow records, without and with dry friction, and of releases: 0.6, 0.4 and
 0.16 ms, where the fastest mode of the rig has 4 ms."""
+
+PARTS = 4
+"""Parts of a sample between which readings lie that are not those of an instant."""
 
 AT_WORK = (-1e-3, 0.0, 1e-3, 0.0, 136e5)
 """State at which the Jacobian is taken [m, m/s, m, m/s, Pa]: 60 kN, in contact."""
@@ -99,23 +102,35 @@ def march(
     advance = _advancer(rig, contact, (fractions, angles), grid, strokes)
     track = jnp.arange(fractions.shape[1])
 
+    late = looks(rig, drives.interval, PARTS)
+    pieces = PARTS if late else 1
+
+    def piece(flat: Array, part: tuple[Array, tuple[Array, ...]]) -> tuple[Array, Array]:
+        number, steps = part
+        levels, _, after, begins = steps
+        here = Surroundings(contact, 0.0, fractions[levels[0], track], begins[0], angles)
+        new = jax.lax.scan(advance, flat, steps)[0]
+        end = begins[-1] + grid.interval
+        there = here._replace(flow_fraction=fractions[after[-1], track], time=end)
+        return new, over_step(rig, late, (flat, here), (new, there), part=number)
+
     def sample(flat: Array, part: tuple[Array, ...]) -> tuple[Array, Array]:
-        here = Surroundings(contact, 0.0, fractions[part[0][0], track], part[3][0], angles)
-        new = jax.lax.scan(advance, flat, part)[0]
-        end = part[3][-1] + grid.interval
-        there = here._replace(flow_fraction=fractions[part[2][-1], track], time=end)
-        return new, stepped(rig, (flat, here), (new, there))
+        levels, *_, begins = part
+        here = Surroundings(contact, 0.0, fractions[levels[0, 0], track], begins[0, 0], angles)
+        new, more = jax.lax.scan(piece, flat, (jnp.arange(pieces), part))
+        return new, jnp.concatenate([read(rig, flat, here), more.sum(axis=0)])
 
     begin = jnp.arange(grid.samples - 1) * grid.interval
     cut = tuple(
-        a.reshape(-1, parts, *a.shape[1:]) for a in (grid.levels, grid.kink, grid.after, begin)
+        a.reshape(-1, pieces, parts // pieces, *a.shape[1:])
+        for a in (grid.levels, grid.kink, grid.after, begin)
     )
     shape = (len(rig.scales), *fractions.shape[1:])
     start = jnp.broadcast_to(rest_under(rig, 0.0, contact)[:, None], shape)
     last, series = jax.lax.scan(sample, start, cut)
     flows, length = fractions[grid.levels[-1], track], (grid.samples - 1) * grid.interval
     end = Surroundings(contact, 0.0, flows, length, angles)
-    return on_record(rig, series, (last, end), parts * grid.interval)
+    return on_record(late, series, read(rig, last, end))
 
 
 class Table(NamedTuple):

@@ -14,6 +14,7 @@ from rigid.generator.draw import Truth
 from rigid.generator.hidden import CATALOGUED, HIDDEN, OUTSIDE, Hidden, hide
 from rigid.generator.hidden.dry import bending_rate
 from rigid.generator.hidden.flow import FAST_LESS_SLOW
+from rigid.generator.hidden.sensing import PER_NEWTON
 from rigid.generator.pieces import pump_flow
 from rigid.generator.plant import trajectory
 from rigid.generator.simulate import plant_of, sampling_times, simulate
@@ -50,7 +51,7 @@ def held(truth: Truth, hidden: Hidden) -> tuple[float, float]:
 
 
 def test_every_effect_that_can_be_missing_can_be_hidden():
-    assert len(CATALOGUED) == 27
+    assert len(CATALOGUED) == 29
     assert len(OUTSIDE) >= 5
     assert not set(CATALOGUED) & set(OUTSIDE)
 
@@ -386,6 +387,40 @@ def test_a_mounting_swings_at_its_frequency(truth):
     plain, read = pair(truth, RELEASE, one)
     change = (read["acceleration"] - plain["acceleration"])[-64:]
     assert np.abs(change).max() > 0.05 * np.abs(plain["acceleration"]).max()
+
+
+@pytest.mark.parametrize(("run", "frequency"), [(FREE, 12.5), (RELEASE, 25.0)])
+def test_sensors_pick_up_the_mains_at_angles_of_their_own(truth, run, frequency):
+    plain, read = pair(truth, run, cause("mains-pickup", 30.0, frequency=frequency))
+    times = sampling_times(run)
+    times = times[: int(times.size * (times[1] * frequency) // 1 / (times[1] * frequency))]
+    waves = 2.0 * np.exp(-2j * np.pi * frequency * np.multiply.outer((1, 3), times)) / times.size
+    added = {q: (read[q] - plain[q])[: times.size] / PER_NEWTON[q] for q in plain}
+    lines = np.array([waves @ series for series in added.values()])
+    np.testing.assert_allclose(np.abs(lines), [[30.0, 6.0]] * len(lines), rtol=1e-3)
+    assert len(set(np.round(np.angle(lines[:, 0]), 3))) == len(lines)
+
+
+def test_a_converter_that_averages_twice_is_a_triangle(truth):
+    """By the midpoint rule over the plant's own motion; the valve moves on a sample."""
+    one = cause("sample-averaging", 0.5, window=0.8)
+    plain, read = pair(truth, FREE, one)
+    after = 4e-3 * (np.arange(-80, 80) + 0.5) / 80
+    weights = (1.0 - np.abs(after) / 4e-3) / 80
+    for number in (119, 120, 121):
+        states = states_of(truth, number / 100 + after)
+        mean = {"load": -truth.rig.k_LC * states[0] @ weights, "pressure": states[4] @ weights}
+        for channel, there in mean.items():
+            expected = 0.5 * (there - plain[channel][number])
+            change = read[channel][number] - plain[channel][number]
+            assert change == pytest.approx(expected, abs=1e-4 * np.ptp(plain[channel]))
+    assert abs(read["pressure"][120] - plain["pressure"][120]) > 5e-3 * plain["pressure"][120]
+
+
+def states_of(truth: Truth, times: np.ndarray) -> np.ndarray:
+    """The free run's motion without a hidden cause (states, times)."""
+    plant = plant_of(truth, FREE)
+    return trajectory(plant, plant.at_rest(), np.append(0.0, times)).states[:, 1:]
 
 
 def test_a_dribbling_valve_passes_its_volume(truth):

@@ -43,11 +43,9 @@ NULLS = {
     "heavy-tails": Population(chain=Chain(tails=4.0)),
     "growing-noise": Population(chain=Chain(growing=1.0)),
     "spikes": Population(chain=Chain(spikes=0.005)),
-    "hum": Population(chain=Chain(hum=0.7), rate=80.0),
     "jitter": Population(chain=Chain(jitter=0.05)),
     "coarse-converter": Population(chain=Chain(step=2.0)),
     "cutting-converter": Population(chain=Chain(cut=True)),
-    "averaging-converter": Population(chain=Chain(window=0.8, place=0.5)),
     "loose-solver": Population(tolerance=1e-5),
     "short-records": Population(durations=0.5),
     "release-on-a-sample": Population(chain=Chain(window=0.1, place=0.5), grid=True),
@@ -115,8 +113,12 @@ POPULATIONS = (
         for name, law in STRAPS.items()
     }
     | {
+        "averaging-converter": Population(
+            nearest="sample-averaging", chain=Chain(window=0.8, place=0.5)
+        ),
+        "hum": Population(nearest="mains-pickup", chain=Chain(hum=0.7), rate=80.0),
         "clock": Population(
             nearest="clock-offset", chain=Chain(late=(("pressure", 0.02), ("load", 0.02)))
-        )
+        ),
     }
 )

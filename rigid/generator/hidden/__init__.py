@@ -28,6 +28,7 @@ from rigid.generator.hidden.forces import (
 )
 from rigid.generator.hidden.oil import Air, EffectiveArea, Leakage, OilStiffening
 from rigid.generator.hidden.sensing import (
+    Averaging,
     ClockOffset,
     GaugeJump,
     GaugeLag,
@@ -35,6 +36,7 @@ from rigid.generator.hidden.sensing import (
     LoadCreep,
     LoadDrift,
     Mounting,
+    Pickup,
     StrokeLag,
     StrokeWave,
     Warming,
@@ -57,7 +59,8 @@ CATALOGUED = _by_name(
     *(EffectiveArea, Leakage, Air, HoseDrop, StageSwitch, Ripple, ValveEvent),
     *(Stiffening, RootPlate, Slack, StrokeLag, LoadDrift, ClockOffset),
     *(ConstantForce, BackwardViscosity),
-    *(ShutLeakage, GaugeLag, LoadCreep, Warming, Mounting, GradualRelease),
+    *(ShutLeakage, GaugeLag, LoadCreep, Warming, Mounting),
+    *(GradualRelease, Pickup, Averaging),
 )
 OUTSIDE = _by_name(
     *(RoughBore, GuideDrag, OilStiffening, PumpSlip, ValveDribble, GaugeJump, StrokeWave),

@@ -3,16 +3,18 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import no_type_check
+from zlib import crc32
 
 import numpy as np
 
-from rigid.generator.constants import LITRE_PER_MINUTE
-from rigid.generator.core import Action, Motion, Run, Seen
+from rigid.generator.constants import LITRE_PER_MINUTE, SLOW_RATE
+from rigid.generator.core import Action, Motion, Piece, Rig, Run, Seen
 from rigid.generator.hidden.base import (
     SLOW,
     Hidden,
     InOneRecord,
     cause,
+    drawn_by,
     either,
     of_rig,
     spread,
@@ -21,6 +23,9 @@ from rigid.generator.hidden.base import (
 
 TURBULENT = 10.0 * LITRE_PER_MINUTE  # flow at which the fittings take as much as the hose
 QUICKER = 6.0  # of a load cell's second relaxation
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
+THIRD = 0.2  # of a line's third harmonic, which transformers make
+PER_NEWTON = {"load": 1.0, "stroke": 3e-7, "pressure": 60.0, "acceleration": 2e-3}
 IN_LENGTHS = 1e10  # Pa that count as a metre where a solver's tolerance is one of lengths
 
 
@@ -36,23 +41,38 @@ class HoseDrop(Hidden):
         return self.amplitude * seen.flow * (1.0 + np.abs(seen.flow) / TURBULENT)
 
 
+@dataclass(frozen=True)
+class Lag(Hidden):
+    """A channel is read through two equal low passes whose times [s] add up to this."""
+
+    states = 2
+
+    @no_type_check  # see Plant.rates
+    def act(self, t: float, motion: Motion, own: list[float]) -> Action:
+        """Follow what is read, one filter after the other; own states are lengths."""
+        time, read = self.amplitude / 2.0, self.followed(motion)
+        return Action(rates=((read - own[0]) / time, (own[0] - own[1]) / time))
+
+    @no_type_check
+    def followed(self, motion: Motion) -> float:
+        """Give what is read, as a length."""
+        raise NotImplementedError
+
+
 @cause(
     "stroke-sensor-lag", "sensor", 2.5e-3,
     "the stroke is read through 1/(1 + i w tau/2)^2", SLOW,
 )  # fmt: skip
 @dataclass(frozen=True)
-class StrokeLag(Hidden):
-    """The stroke is read through two equal low passes whose times [s] add up to this."""
+class StrokeLag(Lag):
+    """The stroke sensor follows late."""
 
-    states = 2
     channel = "stroke"
 
-    @no_type_check  # see Plant.rates
-    def act(self, t: float, motion: Motion, own: list[float]) -> Action:
-        """Follow the stroke, one filter after the other."""
-        time = self.amplitude / 2.0
-        stroke = motion.x_pl - motion.x_hc
-        return Action(rates=((stroke - own[0]) / time, (own[0] - own[1]) / time))
+    @no_type_check
+    def followed(self, motion: Motion) -> float:
+        """Give the stroke."""
+        return motion.x_pl - motion.x_hc
 
     def error(self, seen: Seen) -> np.ndarray:
         """What the second filter is behind."""
@@ -155,18 +175,15 @@ class LoadCreep(Hidden):
     "the gauge reads the pressure through 1/(1 + i w tau/2)^2", SLOW,
 )  # fmt: skip
 @dataclass(frozen=True)
-class GaugeLag(Hidden):
-    """The pressure is read through two equal low passes whose times [s] add up to this."""
+class GaugeLag(Lag):
+    """The pressure gauge follows late."""
 
-    states = 2
     channel = "pressure"
 
-    @no_type_check  # see Plant.rates
-    def act(self, t: float, motion: Motion, own: list[float]) -> Action:
-        """Follow the pressure, one filter after the other; in 10 GPa, as own states are lengths."""
-        time = self.amplitude / 2.0
-        pressure = motion.p / IN_LENGTHS
-        return Action(rates=((pressure - own[0]) / time, (own[0] - own[1]) / time))
+    @no_type_check
+    def followed(self, motion: Motion) -> float:
+        """Give the pressure in 10 GPa."""
+        return motion.p / IN_LENGTHS
 
     def error(self, seen: Seen) -> np.ndarray:
         """What the second filter is behind."""
@@ -231,3 +248,66 @@ class Mounting(Hidden):
         through = 0.8 * seen.own[1] + 0.2 * seen.own[3]
         direct = readings["acceleration"]
         return readings | {"acceleration": direct + self.amplitude * (through - direct)}
+
+
+@dataclass(frozen=True)
+class Line(Piece):
+    """A line in all channels of one record: `amplitude` [N] in the load, `turn` [rad/s]."""
+
+    amplitude: float
+    turn: float
+    seed: tuple[int, int]
+
+    def read(self, seen: Seen, readings: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Add two harmonics, whose angle is each channel's own."""
+        out = {}
+        for channel, read in readings.items():
+            rng = np.random.default_rng([*self.seed, crc32(channel.encode())])
+            angle = self.turn * seen.times + rng.uniform(0.0, 2.0 * np.pi)
+            beat = np.sin(angle) + THIRD * np.sin(3.0 * angle)
+            out[channel] = read + self.amplitude * PER_NEWTON[channel] * beat
+        return out
+
+
+@cause(
+    "mains-pickup", "sensor", 10.0,
+    "every sensor reads a (sin(w t + phi) + 0.2 sin(3 (w t + phi))) beside the truth",
+)  # fmt: skip
+@dataclass(frozen=True)
+class Pickup(Hidden):
+    """The mains in every sensor, in the load's by this [N]; angles differ by record and channel.
+
+    - frequency [Hz]; angles: a seed for them
+    """
+
+    frequency: float = drawn_by(
+        lambda rng: float(rng.choice((50.0, 60.0)) + rng.uniform(-0.05, 0.05)), 50.0
+    )
+    angles: int = drawn_by(lambda rng: int(rng.integers(1 << 31)), 0)
+
+    def pieces(self, rig: Rig, run: Run) -> tuple[Piece, ...]:
+        """Give the lines of a run."""
+        seed = (self.angles, crc32(f"{run.name},{run.cylinder}".encode()))
+        return (Line(self.amplitude, 2.0 * np.pi * self.frequency, seed),)
+
+
+@cause(
+    "sample-averaging", "sensor", 0.6,
+    "a share s of every reading is its mean under a triangle of w intervals about the sample", SLOW,
+)  # fmt: skip
+@dataclass(frozen=True)
+class Averaging(Hidden):
+    """A share of every reading goes through a converter that averages twice.
+
+    - window: share of the sampling interval on which the triangle stands
+    """
+
+    window: float = uniform(0.6, 1.0)
+
+    def taps(self) -> tuple[tuple[float, float], ...]:
+        """Give the nodes of Gauss on either side of the sample, where the valve may move."""
+        away = 0.5 * (NODES + 1.0)
+        shares = WEIGHTS * (1.0 - away) / np.sum(WEIGHTS * (1.0 - away))
+        after = 0.5 * self.window / SLOW_RATE * away
+        both = [*zip(-after, shares, strict=True), *zip(after, shares, strict=True)]
+        return tuple((float(a), 0.5 * self.amplitude * float(s)) for a, s in both)

@@ -1,0 +1,231 @@
+"""Whether sensors read a line of one frequency, each channel with an angle of its own.
+
+Nothing need be simulated: what a sensor picks up is read beside all else. So each channel has a
+sine and a cosine of unknown size, and the evidence for both has a closed form, which also holds
+where they are hardly two: at half the sampling frequency, where many loggers have the mains. In the
+search the amplitude of a sensor's line differs from channel to channel by Rayleigh's law, about a
+size that is averaged over; the refit has one amplitude for all channels of a sort.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from scipy.signal import ZoomFFT
+from scipy.special import logsumexp
+
+from rigid.discovery.fitted import Fitted
+from rigid.discovery.periodic import (
+    FINER,
+    LOG_MASS,
+    QUANTILES,
+    SPREAD,
+    Line,
+    log_prior_of,
+    noise,
+    total,
+)
+from rigid.effects import AbstractEffect
+from rigid.likelihood.per_record import Channel, picking_up
+from rigid.likelihood.priors import AbstractPrior
+from rigid.localfit.candidates import amplitude_of, priors_of
+from rigid.localfit.evidence import amplitudes, log_bayes
+from rigid.localfit.local import LocalFit
+
+REFERENCE = "load"
+"""The quantity whose amplitude ratios are taken of."""
+
+
+class Heard(NamedTuple):
+    """A channel that reads something.
+
+    - `label`: of a line's angle. - `rows`: its samples; of each, `since` [s] when its record began,
+      and its `weight`: minus the curvature of the log-likelihood by the reading. - `interval` [s].
+    """
+
+    label: str
+    rows: np.ndarray
+    since: np.ndarray
+    weight: np.ndarray
+    interval: float
+
+
+class Ear(NamedTuple):
+    """A channel in which a line is looked for.
+
+    - `label`: of the line's angle. - `rows`: its samples, `at` (rows,): their places on an even
+      grid from the first on. - `spectrum`: of the grid at all frequencies; `late` (frequencies,):
+      turns it to where the record began.
+    - `known` (3, frequencies): information of sine, of both, of cosine, per unit of the reading.
+    """
+
+    label: str
+    rows: np.ndarray
+    at: np.ndarray
+    spectrum: ZoomFFT
+    late: np.ndarray
+    known: np.ndarray
+
+    def slopes(self, score: np.ndarray) -> np.ndarray:
+        """Slope of the log-likelihood by sine and cosine (2, frequencies).
+
+        - `score` (n,): by every sample.
+        """
+        series = np.zeros(int(self.at[-1]) + 1)
+        series[self.at] = score[self.rows]
+        found = self.spectrum(series) * self.late
+        return np.stack([-found.imag, found.real])
+
+
+class Weighing(NamedTuple):
+    """How channels of one quantity weigh a line.
+
+    - `ears`: channels. - `inverse` (3, sizes, ears, frequencies): of the information with the
+      prior in, for all amplitudes that are averaged over.
+    - `room` (sizes, frequencies): what the room for a line costs.
+    """
+
+    ears: tuple[Ear, ...]
+    inverse: np.ndarray
+    room: np.ndarray
+
+    def of_sizes(self, score: np.ndarray) -> np.ndarray:
+        """Log Bayes factor times the prior of each size (sizes, frequencies)."""
+        slope = np.stack([ear.slopes(score) for ear in self.ears], axis=1)
+        products = np.stack([slope[0] ** 2, 2.0 * slope[0] * slope[1], slope[1] ** 2])
+        gained = 0.5 * np.einsum("ksef,kef->sf", self.inverse, products)
+        return gained - self.room + LOG_MASS[:, None]
+
+    def likeliest(self, score: np.ndarray, frequency: int) -> "Likeliest":
+        """Return what line of a frequency, by its number, the channels read most likely."""
+        sine, cosine = np.stack([ear.slopes(score)[:, frequency] for ear in self.ears], axis=1)
+        first, both, second = self.inverse[
+            :, np.argmax(self.of_sizes(score)[:, frequency]), :, frequency
+        ]
+        parts = np.stack([first * sine + both * cosine, both * sine + second * cosine])
+        angles = np.arctan2(parts[1], parts[0])
+        u, v = np.cos(angles), np.sin(angles)
+        known = np.stack([ear.known[:, frequency] for ear in self.ears], axis=1)
+        return Likeliest(
+            float(np.sqrt(np.mean(np.sum(parts**2, axis=0)))),
+            angles,
+            float(np.sum(u * sine + v * cosine)),
+            float(np.sum(u**2 * known[0] + 2.0 * u * v * known[1] + v**2 * known[2])),
+        )
+
+
+class Likeliest(NamedTuple):
+    """A line in all channels of one quantity.
+
+    - `amplitude` [SI]; `angles` (ears,) [rad].
+    - `slope`, `information`: of the log-likelihood by an amplitude that all channels share.
+    """
+
+    amplitude: float
+    angles: np.ndarray
+    slope: float
+    information: float
+
+
+def picked_up(fit: Fitted, effect: type[AbstractEffect]) -> Line | None:
+    """Find the likeliest line that sensors pick up; None where no two could be parted.
+
+    - `effect`: one that sensors pick up.
+    """
+    local = fit.local
+    assert effect.beat is not None  # the caller asks
+    priors = priors_of(effect, dict(local.hypothesis.given))
+    frequencies = _grid(local, priors[effect.beat][1])
+    if len(frequencies) < FINER:
+        return None
+    units = {REFERENCE: 1.0} | {q: _median(priors[label][1]) for q, label in effect.ratios.items()}
+    _, absent, prior = amplitude_of(priors)
+    sizes = np.asarray(prior.from_standard(QUANTILES)) - absent
+    labels = picking_up([effect], local.layout.problem.tracks)
+    weighings = {
+        quantity: weighing(ears, sizes * units[quantity])
+        for quantity, ears in _ears(local, labels, frequencies).items()
+    }
+    law = log_prior_of(priors[effect.beat][1], frequencies)
+
+    def weigh(score: np.ndarray) -> np.ndarray:
+        each = [np.asarray(logsumexp(w.of_sizes(score), axis=0)) for w in weighings.values()]
+        return law + np.sum(each, axis=0)
+
+    each = weigh(local.terms.score)
+    best = int(np.argmax(each))
+    found = {q: one.likeliest(local.terms.score, best) for q, one in weighings.items()}
+    unit = min(found, key=lambda q: q != REFERENCE)
+    reference = found[unit].amplitude / units[unit]
+    ratios = {q: one.amplitude / reference for q, one in found.items()}
+    slope = sum(ratios[q] * one.slope for q, one in found.items())
+    information = sum(ratios[q] ** 2 * one.information for q, one in found.items())
+    angles = (
+        (ear.label, float(angle))
+        for q, one in found.items()
+        for ear, angle in zip(weighings[q].ears, one.angles, strict=True)
+    )
+    return Line(
+        float(frequencies[best]),
+        tuple(angles),
+        total(each) - float(log_bayes(slope, information, amplitudes(prior, absent))),
+        tuple(total(weigh(one)) for one in noise(local)),
+        tuple((effect.ratios[q], ratio) for q, ratio in ratios.items() if q != REFERENCE),
+    )
+
+
+def _median(prior: AbstractPrior) -> float:
+    return float(prior.from_standard(0.0))
+
+
+def _grid(local: LocalFit, prior: AbstractPrior) -> np.ndarray:
+    """Frequencies [Hz] that are tried, evenly spaced."""
+    low, high = (float(prior.from_standard(z)) for z in (-SPREAD, SPREAD))
+    longest = max(float(t.interval * t.samples) for t in local.layout.problem.tracks)
+    return low + np.arange(0.0, high - low, 1.0 / (FINER * longest))
+
+
+def _ears(
+    local: LocalFit, labels: Mapping[Channel, str], frequencies: np.ndarray
+) -> dict[str, tuple[Ear, ...]]:
+    """Channels that read something, by quantity."""
+    found: dict[str, tuple[Ear, ...]] = {}
+    for number, channel in enumerate(local.layout.channels):
+        label = labels.get(Channel(channel.track, channel.quantity))
+        rows = np.flatnonzero((local.layout.channel == number) & local.layout.read)
+        if label is None or local.terms.curvature[rows].sum() <= 0.0:
+            continue
+        since = local.layout.time[rows] - float(local.layout.problem.track(channel.track).first)
+        heard = Heard(label, rows, since, local.terms.curvature[rows], channel.interval)
+        ear = ear_of(heard, frequencies)
+        found[channel.quantity] = (*found.get(channel.quantity, ()), ear)
+    return found
+
+
+def ear_of(heard: Heard, frequencies: np.ndarray) -> Ear:
+    """Return how a channel hears the `frequencies` [Hz]."""
+    since = heard.since
+    at = np.round((since - since[0]) / heard.interval).astype(int)
+    weight = np.zeros(int(at[-1]) + 1)
+    weight[at] = heard.weight
+    low, high = frequencies[0], 2.0 * frequencies[-1] - frequencies[-2]
+
+    def spectrum(times: float) -> ZoomFFT:
+        ends = [2.0 * times * heard.interval * f for f in (low, high)]
+        return ZoomFFT(len(weight), ends, len(frequencies))
+
+    late = np.exp(-2j * np.pi * frequencies * since[0])
+    double, whole = spectrum(2.0)(weight) * late**2, weight.sum()
+    known = 0.5 * np.stack([whole - double.real, -double.imag, whole + double.real])
+    return Ear(heard.label, heard.rows, at, spectrum(1.0), late, known)
+
+
+def weighing(ears: tuple[Ear, ...], sizes: np.ndarray) -> Weighing:
+    """Return how channels weigh a line of some amplitudes [SI] (sizes,)."""
+    first, both, second = np.stack([ear.known for ear in ears], axis=1)[:, None]
+    variance = 0.5 * sizes[:, None, None] ** 2
+    held, kept = first + 1.0 / variance, second + 1.0 / variance
+    product = held * kept - both**2
+    inverse = np.stack([kept, -both * np.ones_like(kept), held]) / product
+    room = 0.5 * np.sum(np.log(variance**2 * product), axis=1)
+    return Weighing(ears, inverse, room)

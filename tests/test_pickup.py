@@ -1,0 +1,86 @@
+"""Lines that sensors pick up: their evidence against Gaussian densities, and against a ripple."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from rigs import converted
+from scipy.stats import multivariate_normal
+from test_lines import CHOICE, RIPPLE, SHEETS, campaign
+
+from rigid.discovery.fitted import Fitted
+from rigid.discovery.periodic import LOG_MASS, QUANTILES
+from rigid.discovery.pickup import Heard, ear_of, weighing
+from rigid.discovery.signatures import laid_out
+from rigid.discovery.workflow import weigh
+from rigid.effects import CATALOGUE
+from rigid.io.cache import Shelf
+from rigid.likelihood.problem import Problem
+from rigid.localfit.ascent import refined
+from rigid.localfit.expansion import Point, expanded
+from rigid.localfit.families import families
+from rigid.localfit.hypothesis import Hypothesis, start
+from rigid.localfit.samples import lay_out
+
+PICKUP = CATALOGUE["mains-pickup"]
+
+
+def test_evidence_of_a_line_is_a_ratio_of_gaussian_densities():
+    """At 30 and 70 Hz, which are one at 100 Hz, and at 50 Hz, where sine and cosine are one."""
+    rng, count, begin = np.random.default_rng(1), 60, 0.23
+    rows, frequencies = np.array([0, 1, 2, *range(5, count)]), np.arange(20.0, 81.0, 5.0)
+    weight = rng.uniform(0.5, 2.0, count)
+    read = rng.standard_normal(count) / np.sqrt(weight)
+    times = 0.01 * rows + begin
+    ear = ear_of(Heard("angle", rows, times, weight[rows], 0.01), frequencies)
+    sizes = np.linspace(0.1, 3.0, len(QUANTILES))
+    found = weighing((ear,), sizes).of_sizes(weight * read) - LOG_MASS[:, None]
+    noise = np.diag(1.0 / weight[rows])
+    for i in (0, 10, 32):
+        for j, frequency in enumerate(frequencies):
+            turned = 2.0 * np.pi * frequency * times
+            waves = np.stack([np.sin(turned), np.cos(turned)], axis=1)
+            with_line = noise + 0.5 * sizes[i] ** 2 * waves @ waves.T
+            density = multivariate_normal.logpdf
+            ratio = density(read[rows], cov=with_line) - density(read[rows], cov=noise)
+            assert found[i, j] == pytest.approx(ratio, rel=1e-6, abs=1e-6)
+    np.testing.assert_allclose(found[:, 2], found[:, 10], rtol=1e-6)
+
+
+def humming(problem: Problem, frequency: float, noise_sds: float) -> Problem:
+    """The same records, with a line in each channel at an angle of its own."""
+    rng, pieces = np.random.default_rng(3), []
+    for piece in problem.pieces:
+        times = 0.01 * np.arange(len(piece.data))[:, None]
+        angles = rng.uniform(0.0, 2.0 * np.pi, piece.data.shape[1])
+        line = noise_sds * piece.sheet.noise * np.sin(2.0 * np.pi * frequency * times + angles)
+        still = dataclasses.replace(SHEETS[piece.quantity], noise=0.0)
+        data = converted(np.asarray(piece.data) + line, still, rng)
+        pieces.append(dataclasses.replace(piece, data=data))
+    return dataclasses.replace(problem, pieces=tuple(pieces))
+
+
+def weighed(problem: Problem) -> dict[str, float]:
+    """Log Bayes factors of the effects that may be missing."""
+    choice = (*CHOICE, PICKUP)
+    programs = families(problem, choice)
+    noise = np.zeros(sum(p.base == "noise" for p in problem.parameters.sampled))
+    w = start(problem, np.zeros(problem.parameters.size), np.zeros((len(problem.sensors), 2)))
+    begun = expanded(programs[0], Point(Hypothesis(problem), lay_out(problem), w, noise))
+    local = refined(begun, most=40)
+    return dict(weigh(local, laid_out(Fitted(local, programs), choice, Shelf()), 1).effects)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("frequency", [50.0, 70.0, 78.0])
+def test_a_line_in_every_channel_is_no_ripple(frequency):
+    """At half the sampling frequency, and where its alias, at 30 and 22 Hz, could be a pump's."""
+    found = weighed(humming(campaign(4, 0.0), frequency, 0.5))
+    assert found["mains-pickup"] > max(found["pump-ripple"], found["piston-leakage"], 0.0) + 10.0
+
+
+@pytest.mark.slow
+def test_a_ripple_is_no_line_of_sensors_and_noise_is_neither():
+    found = weighed(campaign(1, 0.05))
+    assert found[RIPPLE.name] > found["mains-pickup"] + 10.0
+    assert weighed(campaign(2, 0.0))["mains-pickup"] < 2.0
