@@ -17,6 +17,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
+from rigid.physics.drive import EDGE
 from rigid.physics.rig import Rig, Surroundings
 from rigid.physics.sensors import readings
 
@@ -48,7 +49,7 @@ def looks(rig: Rig, interval: float, parts: int) -> tuple[Look, ...]:
             continue
         lag = lags.get(quantity, jnp.zeros(1)) / interval
         whole = jnp.floor(lag)
-        back = (1,) if mean is None else (0, 1, 2)
+        back = (0, 1) if mean is None else (0, 1, 2)
         once, cut = (_weights(lag - whole, mean, back, interval, n) for n in (1, parts))
         found.append(Look(place, back, whole.astype(int), once, cut))
     return tuple(found)
@@ -59,6 +60,8 @@ def _weights(
 ) -> Array:
     """Weights (back, parts, 4, walkers) of values and rates.
 
+    What is on time is read where the next interval begins: there a valve has moved that moves then.
+
     - `late` (walkers,): fraction of an interval. - `mean`: share that is one, and over what part of
       an interval.
     """
@@ -68,18 +71,19 @@ def _weights(
     def within(x: Array) -> Array:
         return jnp.clip(parts * x - at, 0.0, 1.0)
 
-    place = parts * (1.0 - late)
-    here = (place > at) & (place <= at + 1)
-    point = jnp.where(here[:, None], _through(within(1.0 - late)), 0.0)
+    place = jnp.maximum(parts * (1.0 - late), EDGE)
+    here = (late > 0.0) & (place > at) & (place <= at + 1)
+    before = jnp.where(here[:, None], _through(within(1.0 - late)), 0.0)
+    on_time = jnp.where(((late == 0.0) & (at == 0))[:, None], _through(0.0 * late + 0.0 * at), 0.0)
+    points = [on_time, before, jnp.zeros_like(before)]
     if mean is None:
-        return point[None] * units[:, None]
+        return jnp.stack(points[: len(back)]) * units[:, None]
     share, width = mean
     rows = []
     for number in back:
         ends = (jnp.clip(number - late + 0.5 * s * width, 0.0, 1.0) for s in (-1.0, 1.0))
         low, high = (_under(within(x)) for x in ends)
-        row = share * (high - low) / (parts * width)
-        rows.append(row + (1.0 - share) * point if number == 1 else row)
+        rows.append(share * (high - low) / (parts * width) + (1.0 - share) * points[number])
     return jnp.stack(rows) * units[:, None]
 
 

@@ -278,10 +278,14 @@ def _sample(way: _Way, flat: Array, part: _Part, bends: Array) -> tuple[Array, A
         new, more = jax.lax.scan(one, flat, jnp.arange(PARTS))
         return new, more.sum(axis=0)
 
-    within = bends | jnp.any(part.kink > 0)
-    if way.looks:
-        within = within | part.fresh
-    return jax.lax.cond(within, cut, whole, flat)
+    def apart(flat: Array) -> tuple[Array, Array]:
+        # The rig moves as it does where all is read at its instant.
+        return whole(flat)[0], cut(flat)[1]
+
+    def smooth(flat: Array) -> tuple[Array, Array]:
+        return jax.lax.cond(part.fresh, apart, whole, flat) if way.looks else whole(flat)
+
+    return jax.lax.cond(bends | jnp.any(part.kink > 0), cut, smooth, flat)
 
 
 def _steep(way: _Way, flat: Array, part: _Part) -> Array:
