@@ -34,8 +34,12 @@ FREQUENCY, PHASES, OPEN = 9.37, (2.0, -1.1), 4.0
 RECORDS = ("free-run-1", "free-run-2")
 
 
-def campaign(seed: int, amplitude: float) -> Problem:
-    """Two free runs with a ripple of one frequency, in each with its own phase."""
+def campaign(seed: int, amplitude: float, hum: tuple[float, float] = (50.0, 0.0)) -> Problem:
+    """Two free runs with a ripple of one frequency, in each with its own phase.
+
+    - `hum`: frequency [Hz] of what all sensors pick up, each at an angle of its own, and its
+      amplitude in sds of their noise.
+    """
     tracks = tuple(
         track(f"free-run-{i},A", "free-run", 600, drive=drive(600, (0.5, 0.5 + OPEN), (0, 1, 0)))
         for i in (1, 2)
@@ -52,7 +56,16 @@ def campaign(seed: int, amplitude: float) -> Problem:
     for one, phase in zip(tracks, PHASES, strict=True):
         here = truth | {f"pump_angle[{one.name}]": jnp.asarray([phase])}
         ideal = SlowGroup((one,), (*effects(BASE), RIPPLE)).predict(here)
-        data = {q: converted(ideal[q][:, 0, 0], SHEETS[q], rng) for q in ideal}
+        angles, turned = iter((0.4, 2.1, -1.3)), 2.0 * np.pi * hum[0] * one.times
+        data = {
+            q: converted(
+                ideal[q][:, 0, 0]
+                + hum[1] * SHEETS[q].noise * np.sin(turned + next(angles) * phase),
+                SHEETS[q],
+                rng,
+            )
+            for q in ideal
+        }
         series[one.label] = Series(data, {q: np.ones(one.samples) for q in data})
     groups = (SlowGroup(tracks, effects(BASE)),)
     return Problem(effects(BASE), listed, groups, make_pieces(groups, series, SHEETS))

@@ -1,12 +1,9 @@
 """Lines that sensors pick up: their evidence against Gaussian densities, and against a ripple."""
 
-import dataclasses
-
 import numpy as np
 import pytest
-from rigs import converted
 from scipy.stats import multivariate_normal
-from test_lines import CHOICE, RIPPLE, SHEETS, campaign
+from test_lines import CHOICE, RIPPLE, campaign
 
 from rigid.discovery.fitted import Fitted
 from rigid.discovery.periodic import LOG_MASS, QUANTILES
@@ -47,19 +44,6 @@ def test_evidence_of_a_line_is_a_ratio_of_gaussian_densities():
     np.testing.assert_allclose(found[:, 2], found[:, 10], rtol=1e-6)
 
 
-def humming(problem: Problem, frequency: float, noise_sds: float) -> Problem:
-    """The same records, with a line in each channel at an angle of its own."""
-    rng, pieces = np.random.default_rng(3), []
-    for piece in problem.pieces:
-        times = 0.01 * np.arange(len(piece.data))[:, None]
-        angles = rng.uniform(0.0, 2.0 * np.pi, piece.data.shape[1])
-        line = noise_sds * piece.sheet.noise * np.sin(2.0 * np.pi * frequency * times + angles)
-        still = dataclasses.replace(SHEETS[piece.quantity], noise=0.0)
-        data = converted(np.asarray(piece.data) + line, still, rng)
-        pieces.append(dataclasses.replace(piece, data=data))
-    return dataclasses.replace(problem, pieces=tuple(pieces))
-
-
 def weighed(problem: Problem) -> dict[str, float]:
     """Log Bayes factors of the effects that may be missing."""
     choice = (*CHOICE, PICKUP)
@@ -75,7 +59,7 @@ def weighed(problem: Problem) -> dict[str, float]:
 @pytest.mark.parametrize("frequency", [50.0, 70.0, 78.0])
 def test_a_line_in_every_channel_is_no_ripple(frequency):
     """At half the sampling frequency, and where its alias, at 30 and 22 Hz, could be a pump's."""
-    found = weighed(humming(campaign(4, 0.0), frequency, 0.5))
+    found = weighed(campaign(4, 0.0, (frequency, 0.5)))
     assert found["mains-pickup"] > max(found["pump-ripple"], found["piston-leakage"], 0.0) + 10.0
 
 

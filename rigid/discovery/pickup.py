@@ -158,8 +158,8 @@ def picked_up(fit: Fitted, effect: type[AbstractEffect]) -> Line | None:
     unit = min(found, key=lambda q: q != REFERENCE)
     reference = found[unit].amplitude / units[unit]
     ratios = {q: one.amplitude / reference for q, one in found.items()}
-    slope = sum(ratios[q] * one.slope for q, one in found.items())
-    information = sum(ratios[q] ** 2 * one.information for q, one in found.items())
+    slope = np.sum([ratios[q] * one.slope for q, one in found.items()])
+    information = np.sum([ratios[q] ** 2 * one.information for q, one in found.items()])
     angles = (
         (ear.label, float(angle))
         for q, one in found.items()
