@@ -14,6 +14,7 @@ from rigid.effects.base import EQUATIONS
 from rigid.likelihood.priors import LAWS, make_prior
 from rigid.physics.rig import CORE_SCALES, Surroundings
 from rigid.physics.sensors import Readings, readings
+from rigid.physics.strap import edges
 
 FRICTIONLESS = tuple(name for name in BASE if name != "viscous-friction")
 OUTSIDE = Surroundings(1e7, -3e4, 0.4, 1.0)
@@ -62,16 +63,19 @@ def rates(values, names, flat) -> jnp.ndarray:
 
 
 def told(values, names, flat, outside=OUTSIDE) -> jnp.ndarray:
-    """All that a rig does and shows: rates, readings, delays, how far readings are means, and lines
-    that sensors pick up; last axes as those of `flat`."""
+    """All that a rig does and shows: rates, readings, delays, how far readings are means, lines
+    that sensors pick up, and when straps have let go; last axes as those of `flat`."""
     rig = rig_of(values, names)
     share, width = rig.averaging() or (0.0, 0.0)
     lines = [effect.lines() for effect in rig.effects]
+    strap = rig.strap()
+    gone = 0.0 if strap is None else edges(*(jnp.asarray(one)[None] for one in strap))[-2, 0]
     parts = (
         *rig.motion(flat, outside).rates,
         *readings(rig, flat, outside),
         rig.delays().get("pressure", 0.0),
         share * width,
+        gone,
         *(
             sum((a * jnp.sin(f) for a, f in (one.get(q, (0.0, 0.0)) for one in lines)), start=0.0)
             for q in Readings._fields

@@ -205,17 +205,22 @@ def test_verdicts_are_forecasts_of_names_with_their_twins():
 
 def test_the_page_counts_what_it_says():
     rows = [row("plain", NOTHING, seed) for seed in range(60)]
-    rows += [row("hum", answer("named", step("pump-ripple", 0.95)), 0), row("jitter", REFUSED, 0)]
+    rows += [
+        row("coloured", answer("named", step("pump-ripple", 0.95)), 0),
+        row("jitter", REFUSED, 0),
+    ]
     rows += [row("orifice", answer("named", step(name, 0.95)), i)
              for i, name in enumerate((LEAK, SHUT, "clock-offset"))]  # fmt: skip
     bad = [{"name": "residuals", "ok": False, "says": "large"}]
     rows += [row("tight-place", answer("unnamed", step(None, 0.9), status=1, checks=bad), 0)]
     code = OneCode(rows, "abc", "2026-11-27T10:00:00+00:00", {"old": 3})
-    text = page(code, STORED, ["plain", "hum"], "Seeds of a test.")
+    text = page(code, STORED, ["plain", "coloured"], "Seeds of a test.")
     assert "code of abc of 2026-11-27: 66 campaigns, 1 whole rounds over 2 populations" in text
     assert "left out: 3 of old." in text
     assert "| plain | 0 of 60 | 0.0 % | 0.0-4.9 % | met | 0 | 0 | 60 | 0 | 0 |" in text
-    assert "| hum | 1 of 1 | 100.0 % | 5.0-100.0 % | too few to say | 1 | 1 | 0 | 0 | 0 |" in text
+    assert (
+        "| coloured | 1 of 1 | 100.0 % | 5.0-100.0 % | too few to say | 1 | 1 | 0 | 0 | 0 |" in text
+    )
     assert "| jitter | 0 of 0 | - | - | - | 0 | 0 | 0 | 0 | 1 |" in text
     assert "| orifice, in the catalogue | 2 % | 1 of 3 | 33.3 %" in text
     assert f"| orifice | {LEAK} | 3 of 3 | 100.0 % | 36.8-100.0 % | 2 of 3 | 66.7 %" in text
@@ -223,7 +228,7 @@ def test_the_page_counts_what_it_says():
     assert "| orifice | 3 | 0 | 0 |" in text
     assert "| orifice | 3 | 101 | 102 | 5 |" in text
     assert "4 of 66 campaigns: what is said first" in text
-    assert "| hum | 0 | named | pump-ripple | 0.95 | 0.500 | 1.000, 0.900 | run-1," in text
+    assert "| coloured | 0 | named | pump-ripple | 0.95 | 0.500 | 1.000, 0.900 | run-1," in text
     assert "| jitter | 0 | refused | | | | | a/b |" in text
     assert "| tight-place | 0 | unnamed, failed: residuals | unnamed | 0.90 |" in text
     assert "No campaign has been run" in page(OneCode([], "no commit", "", {}), STORED, [], "")
