@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
 from rigid.physics.drive import EDGE
@@ -31,7 +32,8 @@ class Look(NamedTuple):
     - `place`: in READ. - `back`: numbers of the intervals that make a reading, 0 the one that
       begins `whole` (walkers,) samples before it, 1 the one before that.
     - `once` (back, 1, 4, walkers): weights of the values where an interval begins and ends, and of
-      the rates [1/s] there. - `cut` (back, parts, 4, walkers): the same in parts of an interval.
+      the rates [1/s] there. - `cut`, `graded` (back, parts, 4, walkers): the same in equal parts of
+      an interval, and in parts the first of which is cut once more.
     """
 
     place: int
@@ -39,10 +41,16 @@ class Look(NamedTuple):
     whole: Array
     once: Array
     cut: Array
+    graded: Array
 
 
-def looks(rig: Rig, interval: float, parts: int) -> tuple[Look, ...]:
-    """Return what is not read at its instant; `parts`: into which some intervals are cut."""
+def looks(rig: Rig, interval: float, parts: int, finer: int = 1) -> tuple[Look, ...]:
+    """Return what is not read at its instant.
+
+    - `parts`: into which some intervals are cut, `finer`: into which the first is cut once more.
+    """
+    equal = np.arange(parts + 1) / parts
+    graded = np.append(np.arange(finer) / (finer * parts), equal[1:])
     lags, mean, found = rig.delays(), rig.averaging(), []
     for place, quantity in enumerate(READ):
         if quantity not in lags and mean is None:
@@ -50,41 +58,50 @@ def looks(rig: Rig, interval: float, parts: int) -> tuple[Look, ...]:
         lag = lags.get(quantity, jnp.zeros(1)) / interval
         whole = jnp.floor(lag)
         back = (0, 1) if mean is None else (0, 1, 2)
-        once, cut = (_weights(lag - whole, mean, back, interval, n) for n in (1, parts))
-        found.append(Look(place, back, whole.astype(int), once, cut))
+        weights = (
+            _weights(lag - whole, mean, back, interval, edges)
+            for edges in (np.array([0.0, 1.0]), equal, graded)
+        )
+        found.append(Look(place, back, whole.astype(int), *weights))
     return tuple(found)
 
 
 def _weights(
-    late: Array, mean: tuple[Array, Array] | None, back: Sequence[int], interval: float, parts: int
+    late: Array,
+    mean: tuple[Array, Array] | None,
+    back: Sequence[int],
+    interval: float,
+    edges: np.ndarray,
 ) -> Array:
     """Weights (back, parts, 4, walkers) of values and rates.
 
     What is on time is read where the next interval begins: there a valve has moved that moves then.
 
     - `late` (walkers,): fraction of an interval. - `mean`: share that is one, and over what part of
-      an interval.
+      an interval. - `edges` (parts + 1,): of the parts, from 0 to 1.
     """
-    at, length = jnp.arange(parts)[:, None], interval / parts
-    units = jnp.asarray([1.0, 1.0, length, length])
+    at, length = edges[:-1, None], np.diff(edges)[:, None]
+    one = np.ones_like(length)
+    units = np.stack([one, one, interval * length, interval * length], axis=1)
 
     def within(x: Array) -> Array:
-        return jnp.clip(parts * x - at, 0.0, 1.0)
+        return jnp.clip((x - at) / length, 0.0, 1.0)
 
-    place = jnp.maximum(parts * (1.0 - late), EDGE)
-    here = (late > 0.0) & (place > at) & (place <= at + 1)
+    place = jnp.maximum(1.0 - late, EDGE)
+    here = (late > 0.0) & (place > at) & (place <= at + length)
     before = jnp.where(here[:, None], _through(within(1.0 - late)), 0.0)
     on_time = jnp.where(((late == 0.0) & (at == 0))[:, None], _through(0.0 * late + 0.0 * at), 0.0)
     points = [on_time, before, jnp.zeros_like(before)]
     if mean is None:
-        return jnp.stack(points[: len(back)]) * units[:, None]
+        return jnp.stack(points[: len(back)]) * units
     share, width = mean
     rows = []
     for number in back:
         ends = (jnp.clip(number - late + 0.5 * s * width, 0.0, 1.0) for s in (-1.0, 1.0))
         low, high = (_under(within(x)) for x in ends)
-        rows.append(share * (high - low) / (parts * width) + (1.0 - share) * points[number])
-    return jnp.stack(rows) * units[:, None]
+        mass = length[:, None] * (high - low) / width
+        rows.append(share * mass + (1.0 - share) * points[number])
+    return jnp.stack(rows) * units
 
 
 def _through(v: Array) -> Array:
@@ -116,17 +133,22 @@ def read(rig: Rig, flat: Array, outside: Surroundings) -> Array:
 
 
 def sums(
-    found: Sequence[Look], begin: tuple[Array, Array], end: tuple[Array, Array], part: Array | None
+    found: Sequence[Look],
+    begin: tuple[Array, Array],
+    end: tuple[Array, Array],
+    part: Array | None = None,
+    graded: bool = False,
 ) -> Array:
     """What an interval, or a part of it, adds to readings on record: (..., rows, tracks, walkers).
 
     - `begin`, `end`: readings (..., 3, tracks, walkers) and their rates where it begins and ends.
-    - `part`: its number; None: all of the interval.
+    - `part`: its number, among the `graded` ones or the equal ones; None: all of the interval.
     """
     rows = []
     for look in found:
         four = [one[..., look.place, :, :] for one in (begin[0], end[0], begin[1], end[1])]
-        for row in look.once[:, 0] if part is None else look.cut[:, part]:
+        parts = look.graded if graded else look.cut
+        for row in look.once[:, 0] if part is None else parts[:, part]:
             rows.append(sum(weight * one for weight, one in zip(row, four, strict=True)))
     if not rows:
         return begin[0][..., :0, :, :]
@@ -139,6 +161,7 @@ def over_step(
     begin: tuple[Array, Surroundings],
     end: tuple[Array, Surroundings],
     part: Array | None = None,
+    graded: bool = False,
 ) -> Array:
     """What a step adds to readings on record, as `sums`.
 
@@ -146,7 +169,7 @@ def over_step(
     """
     if not found:
         return begin[0][:0]
-    return sums(found, in_motion(rig, *begin), in_motion(rig, *end), part)
+    return sums(found, in_motion(rig, *begin), in_motion(rig, *end), part, graded)
 
 
 def on_record(found: Sequence[Look], series: Array, last: Array) -> dict[str, Array]:

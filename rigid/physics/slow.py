@@ -95,7 +95,7 @@ def march(
     grid, strokes = plan(drives), foreseen(rig, contact, fractions, drives)
     table = tables(rig, Surroundings(contact), grid, strokes)
     part, rest = (jnp.append(0, w) for w in grid.within(PARTS))
-    late = looks(rig, grid.interval, PARTS)
+    late = looks(rig, grid.interval, PARTS, FINER)
     way = _Way(rig, late, contact, fractions, strokes, table, part, rest[:, None], grid.interval)
 
     def block(carry: tuple[Array, Array], step: tuple) -> tuple[tuple[Array, Array], Array]:
@@ -225,7 +225,7 @@ def _at_once(way: _Way, flat: Array, parts: _Part) -> tuple[Array, Array, Array]
     if way.looks:
         after = jnp.concatenate([series[1:], ends[1][0][None]])
         first, last = (_rates_between(way, *ends, end) for end in (False, True))
-        more = sums(way.looks, (series, first), (after, last), None)
+        more = sums(way.looks, (series, first), (after, last))
         series = jnp.concatenate([series, more], axis=1)
     return new, jnp.asarray(False), series
 
@@ -280,12 +280,32 @@ def _sample(way: _Way, flat: Array, part: _Part, bends: Array) -> tuple[Array, A
 
     def apart(flat: Array) -> tuple[Array, Array]:
         # The rig moves as it does where all is read at its instant.
-        return whole(flat)[0], cut(flat)[1]
+        return whole(flat)[0], _in_graded_steps(way, flat, part)
 
     def smooth(flat: Array) -> tuple[Array, Array]:
         return jax.lax.cond(part.fresh, apart, whole, flat) if way.looks else whole(flat)
 
     return jax.lax.cond(bends | jnp.any(part.kink > 0), cut, smooth, flat)
+
+
+def _in_graded_steps(way: _Way, flat: Array, part: _Part) -> Array:
+    """What a sample in which nothing switches adds to readings on record, just after a switch.
+
+    Its first part goes by fine steps, for sensors and oil may settle within it.
+    """
+    h = way.interval / PARTS
+
+    def led(flat: Array, step: tuple[Array, Array], length: int) -> tuple[Array, Array]:
+        number, begin = step
+        seconds = h if length else h / FINER
+        new, _ = _bent(way, flat, part._replace(begin=begin), length, seconds)
+        outside = way.outside(part.level, begin)
+        return new, over_step(way.rig, way.looks, (flat, outside), (new, outside), number, True)
+
+    first, rest = jnp.arange(FINER), jnp.arange(1, PARTS)
+    flat, near = jax.lax.scan(partial(led, length=0), flat, (first, part.begin + first * h / FINER))
+    _, far = jax.lax.scan(partial(led, length=1), flat, (FINER - 1 + rest, part.begin + rest * h))
+    return near.sum(axis=0) + far.sum(axis=0)
 
 
 def _steep(way: _Way, flat: Array, part: _Part) -> Array:
