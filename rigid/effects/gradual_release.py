@@ -17,7 +17,8 @@ class GradualRelease(AbstractEffect):
     Signature: the acceleration rises over some samples, not from one to the next, and swings less,
     the more so the faster a mode is. When a fifth of the preload has gone is a number of each
     release. Nothing in other records.
-    Siblings: an accelerometer that swings on its mounting, friction with a short memory.
+    Siblings: none that is near; a drag on the cylinder (0.17) and an accelerometer that swings on
+    its mounting (0.15) come next.
     """
 
     duration: Array = parameter(
