@@ -29,21 +29,25 @@ def louder(local: LocalFit, left: np.ndarray, good: np.ndarray) -> np.ndarray:
     layout, out = local.layout, np.ones(len(left))
     rate = np.zeros(len(left))
     gains: dict[int, np.ndarray] = {}
-    alone: dict[int, np.ndarray] = {}
+    rows: dict[int, np.ndarray] = {}
     for number in range(len(layout.channels)):
         mine = layout.channel == number
         reading, time = local.reading[mine], layout.time[mine]
         if len(time) < 3 or not good[mine].any():
             continue
         rate[mine] = layout.channels[number].interval * np.gradient(reading, time)
-        some = mine & good & (local.terms.curvature > 0.0)
-        known = local.terms.curvature[some]
-        gains[number] = _gains(left[some], known, rate[some])
-        alone[number] = _by_chance(local.terms.score[some], known, rate[some])
+        rows[number] = np.flatnonzero(mine & good & (local.terms.curvature > 0.0))
+        some = rows[number]
+        gains[number] = _gains(left[some], local.terms.curvature[some], rate[some])
+
+    def alone(number: int) -> np.ndarray:
+        some = rows[number]
+        return _by_chance(local.terms.score[some], local.terms.curvature[some], rate[some])
+
     for number in gains:
         alike = _alike(local, list(gains), number)
         others = [i for i in alike if layout.channels[i].track != layout.channels[number].track]
-        told = np.sum([gains[i] for i in others] or [alone[i] for i in alike], axis=0)
+        told = np.sum([gains[i] for i in others] or [alone(i) for i in alike], axis=0)
         price = 0.5 * np.log(max(int(good.sum()), 2))
         best = int(np.argmax(told))
         if told[best] - told[0] > price:
