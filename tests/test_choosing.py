@@ -61,7 +61,7 @@ from rigid.localfit.leave_one_out import Judged, left_out, units
 from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import data_of, lay_out, terms
 from rigid.localfit.scatter import CAMPAIGNS, Judge, Scattered, scattered
-from rigid.localfit.trust_region import Model, moved_within, promised, solved
+from rigid.localfit.trust_region import ENOUGH_OF_IT, Model, moved_within, promised, solved
 from rigid.planning.change import Change
 from rigid.planning.parting import Parting
 from rigid.report.laws.output import as_csv, as_dict
@@ -340,9 +340,14 @@ def test_the_top_of_the_model_is_its_top():
         for _ in range(4)
     ]  # fmt: skip
     assert found > max(others) - 2e-4
-    step, gain = moved_within(model, 0.05)
-    assert np.abs(step).max() <= 0.05
-    assert 0.0 < gain < found - model.value(np.zeros(3))
+    whole = float(np.abs(moved_within(model, np.inf)[0]).max())
+    gains = []
+    for radius in whole * np.array([0.01, 0.1, 0.5, 0.9]):
+        step, gain = moved_within(model, radius)
+        # shorter than it may be, it would keep the next one from being longer
+        assert ENOUGH_OF_IT * radius <= np.abs(step).max() <= radius
+        gains.append(gain)
+    assert np.all(np.diff([0.0, *gains, found - model.value(np.zeros(3))]) > 0.0)
 
 
 def test_a_step_is_found_where_rounding_leaves_nothing_of_the_prior():

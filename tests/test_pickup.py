@@ -31,7 +31,9 @@ def test_evidence_of_a_line_is_a_ratio_of_gaussian_densities():
     times = 0.01 * rows + begin
     ear = ear_of(Heard("angle", rows, times, weight[rows], 0.01), frequencies)
     sizes = np.linspace(0.1, 3.0, len(QUANTILES))
-    found = weighing((ear,), sizes).of_sizes(weight * read) - LOG_MASS[:, None]
+    found = (
+        weighing((ear,), sizes).of_sizes((weight * read)[:, None])[:, :, 0].T - LOG_MASS[:, None]
+    )
     noise = np.diag(1.0 / weight[rows])
     for i in (0, 10, 32):
         for j, frequency in enumerate(frequencies):

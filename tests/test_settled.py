@@ -7,11 +7,11 @@ import pytest
 from test_screening import CHOICE, campaign, fitted
 from test_shown import bare
 
-from rigid.discovery.refit import Refit
+from rigid.discovery.refit import Refit, lead_of
 from rigid.discovery.workflow import WIDENED, Judged, refusal
 from rigid.inference.search import search
 from rigid.inference.settled import AWAY, CHANCE, away_from_top, settled
-from rigid.localfit.ascent import refined
+from rigid.localfit.ascent import given_up, refined
 from rigid.localfit.candidates import Candidate
 from rigid.localfit.expansion import Point, expanded
 from rigid.localfit.families import holding
@@ -86,6 +86,25 @@ def test_a_refit_below_the_fit_that_it_holds_is_not_settled(clean):
     one = Refit(bare(Candidate, effect=effect), local, begun, 0.0)
     assert "not settled" in refusal(one, judged())
     assert refusal(dataclasses.replace(one, after=refined(begun)), judged()) == ""
+
+
+@pytest.mark.slow
+def test_a_fit_far_below_a_rival_is_given_up_and_no_other(clean):
+    """What its model promises it may still gain twice over, and with that reach the rival."""
+    local, programs = clean
+    effect = CHOICE[0]
+    family = holding(programs, (effect,))
+    w = widened(local.w + 0.3, len(local.hypothesis.problem.sensors), [2.0])
+    begun = expanded(family, Point(local.hypothesis.plus(effect), local.layout, w, local.z_noise))
+    end = refined(begun)
+    assert end.value > begun.value + 100.0
+    assert refined(begun, rival=end.value).value == end.value
+    assert not given_up(begun, end.value)
+    hopeless = refined(begun, rival=end.value + 1e7)
+    assert given_up(hopeless, end.value + 1e7)
+    assert hopeless.value < end.value
+    lead = lead_of("other", Refit(bare(Candidate, effect=effect), local, end, 0.0))
+    assert lead == ("other", end.value)
 
 
 def judged(gap: float = 1.0, gain: float = 5.0) -> Judged:

@@ -7,15 +7,15 @@ search the amplitude of a sensor's line differs from channel to channel by Rayle
 size that is averaged over; the refit has one amplitude for all channels of a sort.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
 from scipy.signal import ZoomFFT
-from scipy.special import logsumexp
 
 from rigid.discovery.fitted import Fitted
 from rigid.discovery.periodic import (
+    CHANCES,
     FINER,
     LOG_MASS,
     QUANTILES,
@@ -30,10 +30,13 @@ from rigid.likelihood.per_record import Channel, picking_up
 from rigid.likelihood.priors import AbstractPrior
 from rigid.localfit.candidates import amplitude_of, priors_of
 from rigid.localfit.evidence import amplitudes, log_bayes
+from rigid.localfit.integral import log_sum
 from rigid.localfit.local import LocalFit
 
 REFERENCE = "load"
 """The quantity whose amplitude ratios are taken of."""
+AT_ONCE = 30
+"""Simulated records without a line that are weighed side by side."""
 
 
 class Heard(NamedTuple):
@@ -67,13 +70,13 @@ class Ear(NamedTuple):
     known: np.ndarray
 
     def slopes(self, score: np.ndarray) -> np.ndarray:
-        """Slope of the log-likelihood by sine and cosine (2, frequencies).
+        """Slope of the log-likelihood by sine and cosine (2, draws, frequencies).
 
-        - `score` (n,): by every sample.
+        - `score` (n, draws): by every sample.
         """
-        series = np.zeros(int(self.at[-1]) + 1)
+        series = np.zeros((int(self.at[-1]) + 1, score.shape[1]))
         series[self.at] = score[self.rows]
-        found = self.spectrum(series) * self.late
+        found = self.spectrum(series.T) * self.late
         return np.stack([-found.imag, found.real])
 
 
@@ -90,18 +93,20 @@ class Weighing(NamedTuple):
     room: np.ndarray
 
     def of_sizes(self, score: np.ndarray) -> np.ndarray:
-        """Log Bayes factor times the prior of each size (sizes, frequencies)."""
+        """Log Bayes factor times the prior of each size (frequencies, sizes, draws)."""
         slope = np.stack([ear.slopes(score) for ear in self.ears], axis=1)
         products = np.stack([slope[0] ** 2, 2.0 * slope[0] * slope[1], slope[1] ** 2])
-        gained = 0.5 * np.einsum("ksef,kef->sf", self.inverse, products)
-        return gained - self.room + LOG_MASS[:, None]
+        frequencies, sizes = self.room.T.shape
+        inverse = self.inverse.transpose(3, 1, 0, 2).reshape(frequencies, sizes, -1)
+        each = products.transpose(3, 0, 1, 2).reshape(frequencies, inverse.shape[-1], -1)
+        return 0.5 * inverse @ each - (self.room - LOG_MASS[:, None]).T[:, :, None]
 
     def likeliest(self, score: np.ndarray, frequency: int) -> "Likeliest":
         """Return what line of a frequency, by its number, the channels read most likely."""
-        sine, cosine = np.stack([ear.slopes(score)[:, frequency] for ear in self.ears], axis=1)
-        first, both, second = self.inverse[
-            :, np.argmax(self.of_sizes(score)[:, frequency]), :, frequency
-        ]
+        one = score[:, None]
+        sine, cosine = np.stack([ear.slopes(one)[:, 0, frequency] for ear in self.ears], axis=1)
+        likeliest = int(np.argmax(self.of_sizes(one)[frequency, :, 0]))
+        first, both, second = self.inverse[:, likeliest, :, frequency]
         parts = np.stack([first * sine + both * cosine, both * sine + second * cosine])
         angles = np.arctan2(parts[1], parts[0])
         u, v = np.cos(angles), np.sin(angles)
@@ -149,10 +154,14 @@ def picked_up(fit: Fitted, effect: type[AbstractEffect]) -> Line | None:
     law = log_prior_of(priors[effect.beat][1], frequencies)
 
     def weigh(score: np.ndarray) -> np.ndarray:
-        each = [np.asarray(logsumexp(w.of_sizes(score), axis=0)) for w in weighings.values()]
-        return law + np.sum(each, axis=0)
+        each = (w.of_sizes(score).swapaxes(1, 2) for w in weighings.values())
+        return law[:, None] + sum(log_sum(one) for one in each)
 
-    each = weigh(local.terms.score)
+    def chances() -> Iterator[float]:
+        for some in np.array_split(noise(local).T, CHANCES // AT_ONCE, axis=1):
+            yield from log_sum(weigh(some).T).tolist()
+
+    each = weigh(local.terms.score[:, None])[:, 0]
     best = int(np.argmax(each))
     found = {q: one.likeliest(local.terms.score, best) for q, one in weighings.items()}
     unit = min(found, key=lambda q: q != REFERENCE)
@@ -169,7 +178,7 @@ def picked_up(fit: Fitted, effect: type[AbstractEffect]) -> Line | None:
         float(frequencies[best]),
         tuple(angles),
         total(each) - float(log_bayes(slope, information, amplitudes(prior, absent))),
-        tuple(total(weigh(one)) for one in noise(local)),
+        tuple(chances()),
         tuple((effect.ratios[q], ratio) for q, ratio in ratios.items() if q != REFERENCE),
     )
 

@@ -2,13 +2,14 @@
 
 import dataclasses
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
 from rigid.discovery.fitted import Fitted
 from rigid.discovery.weighing.explain import Explained
 from rigid.io.cache import NOTHING_KEPT, Shelf
-from rigid.localfit.ascent import refined
+from rigid.localfit.ascent import given_up, refined
 from rigid.localfit.candidates import Candidate, standard_of
 from rigid.localfit.evidence import amplitudes, most_probable
 from rigid.localfit.expansion import Point, expanded
@@ -24,8 +25,9 @@ WITHIN = 8.0
 """Effects whose log Bayes factor lies further below the best are not: odds of 1 in 3,000."""
 KEPT = "discovery-refit-*"
 """What refits are called on the shelf, `*` standing for effects added before and the candidate."""
-BEFORE_STEPS = 3
-"""Steps that the model without the effect gets in the program of the effect."""
+BEFORE_STEPS, FIRST_STEPS = 9, 6
+"""Turns that the model without the effect gets in the program of the effect, and that each effect
+gets before it is said which of them to follow first."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -34,17 +36,52 @@ class Refit:
 
     - `candidate`: where it began. - `before`, `after`: fits without and with it, in one program.
     - `log_bayes`: of the effect against its absence, by Laplace's method.
+    - `ahead`: name of the effect that explains so much more that this fit was given up before its
+      optimum, and `log_bayes` is less than it could be; mostly empty.
     """
 
     candidate: Candidate
     before: LocalFit
     after: LocalFit
     log_bayes: float
+    ahead: str = ""
 
     @property
     def unsettled(self) -> str:
         """Why the fit with the effect cannot be believed, in a sentence; empty where it can."""
         return unsettled(self.after, self.before)
+
+
+class Begun(NamedTuple):
+    """The first turns of a fit with an effect.
+
+    - `number`: of its best candidate. - `before`: the fit without it. - `after`: how far the other
+      has come.
+    """
+
+    number: int
+    before: LocalFit
+    after: LocalFit
+
+    @property
+    def height(self) -> float:
+        """Log-posterior so far."""
+        return _height(self.after)
+
+
+class Lead(NamedTuple):
+    """The best fit with an effect so far: its name, and its log-posterior."""
+
+    name: str
+    height: float
+
+
+NO_LEAD = Lead("", -np.inf)
+
+
+def lead_of(name: str, one: Refit) -> Lead:
+    """The lead that a fit with the effect `name` has."""
+    return Lead(name, _height(one.after))
 
 
 def worth_refitting(evidence: Mapping[str, float], alone: Mapping[str, float]) -> list[str]:
@@ -60,54 +97,81 @@ def worth_refitting(evidence: Mapping[str, float], alone: Mapping[str, float]) -
     return sorted(near, key=lambda name: (alone[name] <= 0.0, -evidence[name]))[:MOST]
 
 
-def refit(fit: Fitted, found: Explained, name: str, shelf: Shelf = NOTHING_KEPT) -> Refit:
-    """Fit the model with the effect `name` added, from its best candidate on.
+def begin(fit: Fitted, found: Explained, name: str) -> Begun:
+    """Take the first turns of a fit with the effect `name`, from its best candidate on.
+
+    - `fit`: without it.
+    """
+    base, number = fit.local, found.best_of(name)
+    candidate = found.listed[number]
+    family = fit.program((*base.hypothesis.added, candidate.effect))
+    before = base
+    if any(not e.steady for e in family.effects):
+        before = refined(expanded(family, Point.beside(base, base.w)), BEFORE_STEPS)
+    start = _start(before, found, number, family)
+    return Begun(number, before, refined(start, FIRST_STEPS) if start.finite else start)
+
+
+def refit(
+    fit: Fitted, found: Explained, begun: Begun, lead: Lead, shelf: Shelf = NOTHING_KEPT
+) -> Refit:
+    """Fit the model with an effect added.
 
     - `fit`: without it. Where it has left the priors, for want of the effect perhaps, the refit
       begins nearer to them, too; where it ends below the fit without the effect, at its absence.
-    - `shelf`: keeps the refit.
+    - `lead`: another effect, which this one may be too far behind to follow. - `shelf`: keeps it.
     """
-    base, number = fit.local, found.best_of(name)
-    candidate, added = found.listed[number], base.hypothesis.added
-    family = fit.program((*added, candidate.effect))
-    extended = base.hypothesis.plus(candidate.effect, candidate.only, candidate.priors)
-    known = {"base": base, "hypothesis": base.hypothesis, "extended": extended, "family": family}
+    base, candidate = fit.local, found.listed[begun.number]
+    family, hypothesis = begun.after.family, begun.after.hypothesis
+    known = {"base": base, "hypothesis": base.hypothesis, "extended": hypothesis, "family": family}
     known |= {one: getattr(base.layout, one) for one in ("problem", "channels", "channel", "time")}
     before, after = shelf.once(
-        KEPT.replace("*", f"{len(added)}-{number}"),
-        lambda: _fits(fit, found, number, (extended, family)),
+        KEPT.replace("*", f"{len(base.hypothesis.added)}-{begun.number}"),
+        lambda: (begun.before, _followed(found, begun, lead.height)),
         (LocalFit, Layout, Terms),
         known,
     )
     places = len({one.only for one in found.listed if one.effect is candidate.effect})
     log_bayes = after.log_evidence - before.log_evidence - float(np.log(places))
-    return Refit(candidate, before, after, log_bayes)
+    ahead = lead.name if given_up(after, lead.height) else ""
+    return Refit(candidate, before, after, log_bayes, ahead)
 
 
-def _fits(
-    fit: Fitted, found: Explained, number: int, model: tuple[Hypothesis, Family]
-) -> tuple[LocalFit, LocalFit]:
-    """Fits without and with the candidate of a number, in one program.
+def _followed(found: Explained, begun: Begun, rival: float) -> LocalFit:
+    """The best fit with an effect, from all places that are worth beginning at.
 
-    - `model`: with its effect, and the program.
+    - `rival`: log-posterior which it is given up below.
     """
-    base, (extended, family) = fit.local, model
-    before = base
-    if any(not e.steady for e in family.effects):
-        before = refined(expanded(family, Point.beside(base, base.w)), BEFORE_STEPS)
-    more = _beginning(found, number, extended)
-
-    def led(w: np.ndarray, own: list[float]) -> LocalFit:
-        w = widened(w, len(base.layout.problem.sensors), own)
-        start = expanded(family, Point(extended, base.layout, w, before.z_noise))
-        return refined(start) if start.finite else start
-
-    ends = [led(w, more) for w in (before.w, *nearer_priors(before))]
-    after = max(ends, key=_height)
+    number, before, after = begun
+    starts = [after]
+    starts += [_start(before, found, number, after.family, w) for w in nearer_priors(before)]
+    for start in starts:
+        if start.finite:
+            after = max(after, refined(start, rival=max(rival, _height(after))), key=_height)
     if not after.finite or below(after, before):
-        absent = led(before.w, _beginning(found, number, extended, absent=True))
+        absent = refined(_start(before, found, number, after.family, absent=True))
         after = max(after, absent, key=_height)
-    return before, after
+    return after
+
+
+def _start(
+    before: LocalFit,
+    found: Explained,
+    number: int,
+    family: Family,
+    w: np.ndarray | None = None,
+    absent: bool = False,
+) -> LocalFit:
+    """The likelihood with an effect where a fit with it begins.
+
+    - `before`: the fit without. - `number`: of the candidate. - `w`: in place of that fit's.
+    - `absent`: with its amplitude as near to absence as its prior goes.
+    """
+    one = found.listed[number]
+    extended = before.hypothesis.plus(one.effect, one.only, one.priors)
+    own = _beginning(found, number, extended, absent)
+    w = widened(before.w if w is None else w, len(before.layout.problem.sensors), own)
+    return expanded(family, Point(extended, before.layout, w, before.z_noise))
 
 
 def _height(local: LocalFit) -> float:
@@ -115,9 +179,7 @@ def _height(local: LocalFit) -> float:
     return local.value if local.finite else -np.inf
 
 
-def _beginning(
-    found: Explained, number: int, extended: Hypothesis, absent: bool = False
-) -> list[float]:
+def _beginning(found: Explained, number: int, extended: Hypothesis, absent: bool) -> list[float]:
     """Standard normal quantiles of an added effect's parameters at its best candidate.
 
     - `absent`: with its amplitude as near to absence as its prior goes.

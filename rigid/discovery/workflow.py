@@ -1,7 +1,7 @@
 """Fit, find what is left over, name it, add it, and again until nothing is missing."""
 
 import dataclasses
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from rigid.discovery.fitted import Fitted
-from rigid.discovery.refit import Refit, refit, worth_refitting
+from rigid.discovery.refit import NO_LEAD, Lead, Refit, begin, lead_of, refit, worth_refitting
 from rigid.discovery.signatures import Bench, laid_out
 from rigid.discovery.weighing.explain import Explained, explain
 from rigid.discovery.weighing.odds import Odds, odds
@@ -227,10 +227,20 @@ class Turn:
         """Every explanation of what the fit leaves over."""
         return weigh(self.fit.local, self.bench, self.running.seed)
 
-    def refit(self, name: str) -> Refit:
-        """Fit the model with an effect added."""
-        self.running.report(f"fit with {name}")
-        return refit(self.fit, self.found, name, self.running.shelf)
+    def refits(self, names: Sequence[str], lead: Lead = NO_LEAD) -> dict[str, Refit]:
+        """Fit the model with each of some effects added, the one first that comes furthest.
+
+        - `lead`: of an effect that was fitted before.
+        """
+        begun = {}
+        for name in names:
+            self.running.report(f"fit with {name}")
+            begun[name] = begin(self.fit, self.found, name)
+        out: dict[str, Refit] = {}
+        for name in sorted(names, key=lambda name: -begun[name].height):
+            out[name] = refit(self.fit, self.found, begun[name], lead, self.running.shelf)
+            lead = max(lead, lead_of(name, out[name]), key=lambda one: one.height)
+        return {name: out[name] for name in names}
 
     def after(self, one: Refit) -> "Turn":
         """Return the turn that follows where an effect was added."""
@@ -265,13 +275,16 @@ def _fitted_in_full(turn: Turn) -> tuple[Odds, dict[str, Refit]]:
         fitted = {name: one.log_bayes for name, one in refits.items()}
         return odds(found, changed(found, fitted), both)
 
+    names: list[str] = []
     for name in worth_refitting(said().evidence, found.effects):
-        if not _twins(found, refits, name):
-            refits[name] = turn.refit(name)
+        if not _twins(found, names, name):
+            names.append(name)
+    refits |= turn.refits(names)
     now = said()
     first = max(now.evidence, key=lambda name: now.evidence[name], default="")
     if refits and first not in refits and _twins(found, refits, first):
-        refits[first] = turn.refit(first)
+        leads = (lead_of(name, one) for name, one in refits.items())
+        refits |= turn.refits([first], max(leads, key=lambda one: one.height))
         now = said()
     return now, refits
 

@@ -12,8 +12,11 @@ from rigid.localfit.trust_region import model_of, moved_within, promised
 
 LONGEST = 2.0
 """Largest change of an entry of w in one step."""
-MOST_TURNS, MOST_STEPS = 25, 12
+MOST_TURNS, MOST_STEPS = 25, 36
 """Turns of several hypotheses, and of one, at most."""
+BETWEEN, LITTLE = 6, 0.3
+"""Turns of one hypothesis after which its noise levels follow. One that has come up by less than
+the second in as many is done: what leaps at its samples has no top that a step could come to."""
 CLOSE, CLOSER = 0.2, 0.02
 """Done when the top of the model is less above than this in log-posterior: where the integral goes
 on from there to the top of the parabola, and where it does not."""
@@ -24,7 +27,9 @@ MOST_TRIES = 4
 """Steps of one hypothesis that are tried in one turn, where lanes are free."""
 SHORTEST = 0.003
 """Length, in prior sds, below which no more steps are tried."""
-NOISE_ROUNDS = 2
+TWICE, ROOM = 2.0, 50.0
+"""A fit is given up where so many times what its model promises, and so many nats, do not bring it
+up to a rival: promises of a bent valley are kept to a half at best."""
 
 
 class Tried(NamedTuple):
@@ -40,6 +45,7 @@ class Climb(NamedTuple):
 
     - `best`: the highest so far. - `here`: where the next step begins. - `radius`: how far a step
       from the highest may go. - `close`: what the top may be above the best at the end.
+    - `rival`: log-posterior of another fit; one that will not come up to it is given up.
 
     Records of a thousand noise sds bend every valley: a step along it ends beside it, lower, but
     with slopes by which the next one may end further up than where both began. So from a place
@@ -51,6 +57,7 @@ class Climb(NamedTuple):
     here: LocalFit
     radius: float
     close: float = CLOSE
+    rival: float = -np.inf
 
     @property
     def open(self) -> bool:
@@ -61,12 +68,14 @@ class Climb(NamedTuple):
         """
         if self.here is not self.best:
             return True
-        return self.radius >= SHORTEST and promised(self.best) > self.close
+        if self.radius < SHORTEST:
+            return False
+        return promised(self.best) > self.close and not given_up(self.best, self.rival)
 
     @property
     def reach(self) -> float:
         """How far the next step may go."""
-        return self.radius if self.here is self.best else LONGEST
+        return self.radius if self.here is self.best else min(2.0 * self.radius, LONGEST)
 
     def after(self, tried: Sequence[Tried]) -> "Climb":
         """Where it goes on after steps."""
@@ -78,7 +87,8 @@ class Climb(NamedTuple):
         if heights[top] > self.best.value:
             poor = heights[top] - self.here.value < POOR * gain
             longer = SHORTER * lengths[top] if poor else min(2.0 * lengths[top], LONGEST)
-            return Climb(one, one, longer if straight else max(longer, self.radius), self.close)
+            radius = longer if straight else max(longer, self.radius)
+            return self._replace(best=one, here=one, radius=radius)
         if straight and np.isfinite(heights[0]):
             first = tried[0].local
             if first.value + promised(first) > self.best.value + self.close:
@@ -100,16 +110,33 @@ def settled(program: Program, found: Sequence[LocalFit], turns: int) -> list[Loc
     return descended(program, [with_noise(one, fitted_noise(one)) for one in found], turns)
 
 
-def refined(local: LocalFit, most: int = MOST_STEPS) -> LocalFit:
+def refined(local: LocalFit, most: int = MOST_STEPS, rival: float = -np.inf) -> LocalFit:
     """Lead one hypothesis and its noise levels to their optima, CLOSER.
 
-    - `most`: turns before each round of the noise levels, and after the last.
+    Noise levels follow every few turns: what a fit far from its optimum leaves over is no noise,
+    but beside it the model must not be taken for exact, or steps are short and valleys narrow.
+
+    - `most`: turns. - `rival`: as in `Climb`.
     """
     program = Program(local.family)
-    for _ in range(NOISE_ROUNDS):
-        (local,) = descended(program, [local], most, CLOSER)
-        local = with_noise(local, fitted_noise(local))
-    return descended(program, [local], most, CLOSER)[0]
+    climb = Climb(local, local, LONGEST, CLOSER, rival)
+    while most > 0:
+        begun, (climb,), used = climb.best, *_climbed(program, [climb], min(BETWEEN, most))
+        other = with_noise(climb.best, fitted_noise(climb.best))
+        gained, by_noise = other.value - begun.value, other.value - climb.best.value
+        climb, most = climb._replace(best=other, here=other), most - used
+        if not climb.open:
+            if by_noise < CLOSER:
+                break
+            climb = climb._replace(radius=LONGEST)
+        elif used == BETWEEN and gained < LITTLE:
+            break
+    return climb.best
+
+
+def given_up(local: LocalFit, rival: float) -> bool:
+    """Whether a fit is too far below the log-posterior of a rival to be led on."""
+    return local.value + TWICE * promised(local) + ROOM < rival
 
 
 def descended(
@@ -117,10 +144,15 @@ def descended(
 ) -> list[LocalFit]:
     """Lead hypotheses uphill, noise levels held, for so many turns of the program at most."""
     climbs = [Climb(one, one, LONGEST, close) for one in found]
-    for _ in range(turns):
+    return [climb.best for climb in _climbed(program, climbs, turns)[0]]
+
+
+def _climbed(program: Program, climbs: list[Climb], turns: int) -> tuple[list[Climb], int]:
+    """Take climbs on by so many turns of the program at most; give also how many it took."""
+    for used in range(turns):
         open_ = [i for i, climb in enumerate(climbs) if climb.open]
         if not open_:
-            break
+            return climbs, used
         needed = sum(program.lanes(climbs[i].here.hypothesis) for i in open_)
         tries = min(MOST_TRIES, max(1, program.family.lanes // needed))
         steps = {i: _steps(climbs[i].here, climbs[i].reach, tries) for i in open_}
@@ -132,7 +164,7 @@ def descended(
         tried = iter(expand(program, points))
         for i in open_:
             climbs[i] = climbs[i].after([Tried(*pair, next(tried)) for pair in steps[i]])
-    return [climb.best for climb in climbs]
+    return climbs, turns
 
 
 def _steps(

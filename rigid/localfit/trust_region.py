@@ -18,6 +18,9 @@ from rigid.localfit.local import LocalFit
 
 FIRST_DAMPING, MORE_DAMPING = 0.1, 4.0
 """Damping that is tried first, in units of the prior's curvature, and the factor to the next."""
+ENOUGH_OF_IT, LEAST_DAMPING = 0.75, 1e-5
+"""Share of the length that is allowed to a step from which on it is long enough, and damping below
+which no less is tried."""
 MOST_ROUNDS = 60
 ENOUGH = 1e-4
 """Nats that a round must promise to be done."""
@@ -49,6 +52,10 @@ class Model:
         return self.w + np.where(
             self.log_factors > 0.0, np.log1p(self.log_factors * d) / log_factors, d
         )
+
+    def length(self, d: np.ndarray) -> float:
+        """Largest change of an entry of w."""
+        return float(np.abs(self.place(d) - self.w).max())
 
     def value(self, d: np.ndarray, damping: float = 0.0) -> float:
         """Log-posterior there, less `damping` |change of w|^2/2, up to a constant."""
@@ -127,12 +134,35 @@ def promised(local: LocalFit) -> float:
 def moved_within(model: Model, radius: float) -> tuple[np.ndarray, float]:
     """Step of w (size,) towards the top of a model, no entry above `radius`, and what it promises.
 
-    Where the top is further, a change of w is made dear, the same in all directions, until it is
-    not: Levenberg 1944, Q. Appl. Math. 2; the units are prior sds.
+    Where the top is further, a change of w is made dear, the same in all directions, until the
+    step is as long as it may be, but for ENOUGH_OF_IT: Levenberg 1944, Q. Appl. Math. 2; More
+    1978, Lecture Notes in Mathematics 630; the units are prior sds. A step that fell much shorter
+    would keep the next one from being longer.
     """
     none = np.zeros(len(model.w))
-    damping, d = 0.0, model.top(0.0, none)
-    while np.abs(model.place(d) - model.w).max() > radius:
-        damping = max(MORE_DAMPING * damping, FIRST_DAMPING)
-        d = model.top(damping, none)
+    d = model.top(0.0, none)
+    if model.length(d) > radius:
+        d = _damped(model, radius, d)
     return model.place(d) - model.w, model.value(d) - model.value(none)
+
+
+def _damped(model: Model, radius: float, d: np.ndarray) -> np.ndarray:
+    """Top with as little damping as brings it within a radius.
+
+    - `d` (size,): without any.
+    """
+    low, high = 0.0, FIRST_DAMPING
+    d = model.top(high, d)
+    while model.length(d) > radius:
+        low, high = high, MORE_DAMPING * high
+        d = model.top(high, d)
+    while model.length(d) < ENOUGH_OF_IT * radius and high > LEAST_DAMPING:
+        between = np.sqrt(low * high) if low > 0.0 else high / MORE_DAMPING**2
+        shorter = model.top(between, d)
+        if model.length(shorter) > radius:
+            low = between
+        else:
+            high, d = between, shorter
+        if low > 0.0 and high < 1.01 * low:
+            break
+    return d

@@ -17,7 +17,7 @@ import numpy as np
 from discovery_cases import Made
 
 from rigid.discovery.fitted import Fitted
-from rigid.discovery.refit import refit
+from rigid.discovery.refit import NO_LEAD, begin, refit
 from rigid.discovery.workflow import Outcome
 from rigid.generator.refit import Key, noiseless
 from rigid.likelihood.tracks import Track
@@ -57,7 +57,8 @@ def closures(outcome: Outcome, made: Made) -> dict[str, float | str | None]:
     name = placebo(outcome, made)
     found = None
     if name is not None:
-        other = refit(Fitted(one.before, outcome.bench.programs), step.explained, name)
+        fit = Fitted(one.before, outcome.bench.programs)
+        other = refit(fit, step.explained, begin(fit, step.explained, name), NO_LEAD)
         found = _closed(misfit(other.before, out, truth), misfit(other.after, out, truth))
     return {
         "named": _closed(before, after), "placebo": found, "placebo_name": name,

@@ -155,6 +155,8 @@ def _why(found: Explained, name: str, step: Step | None) -> str:
             f"{found.effects[name]:.1f} against its absence"
         )
     best = step.chosen or "something hidden"
+    if name in step.refits and (ahead := step.refits[name].ahead):
+        return f"explains far less than {ahead}: its fit was given up before its optimum"
     logs = step.refits[name].log_bayes if name in step.refits else found.effects[name]
     return f"explains less than {best}: log Bayes factor {logs:.1f} against its absence"
 

@@ -224,10 +224,17 @@ def _odds(step: Step) -> tuple[tuple[str, float, float, str], ...]:
             words.get(name, name),
             step.probability[name],
             logs[name],
-            "full fit" if name in step.refits else "" if name == NOTHING else "screening",
+            "" if name == NOTHING else _told_by(step, name),
         )
         for name in ranked
     )
+
+
+def _told_by(step: Step, name: str) -> str:
+    if name not in step.refits:
+        return "screening"
+    ahead = step.refits[name].ahead
+    return f"fit given up, far below {ahead}" if ahead else "full fit"
 
 
 def _gaps(told: dict[str, float] | None) -> tuple[tuple[str, str, str], ...]:
