@@ -45,7 +45,7 @@ FLOORS, ROOMS = 10, 25
 # The same inside a room that has rooms of its own.
 WITHIN = {
     "discovery": (
-        ("fitted",),
+        ("base_fit", "fitted"),
         ("unmodelled",),
         ("weighing",),
         ("disagreement", "refit"),

@@ -57,19 +57,18 @@ class Killed(BaseException):
 def test_discover_goes_on_between_two_refits(tmp_path, monkeypatch):
     """What was fitted in full before the end is not fitted again, and the result is the same."""
     path = with_dry_friction(tmp_path, "stribeck-friction", "direction-dependent-viscosity")
-    study, fits = load(path), refit._fits
+    study, fits = load(path), refit._followed
     whole = study.discover(tmp_path / "whole", quiet=True)
     assert len(whole.outcome.steps[0].refits) > 1
     done: list[int] = []
 
-    def counted(fit, found, number, model):
-        if len(done) == 1:
-            done.append(number)
+    def counted(found, begun, rival):
+        done.append(begun.number)
+        if len(done) == 2:
             raise Killed
-        done.append(number)
-        return fits(fit, found, number, model)
+        return fits(found, begun, rival)
 
-    monkeypatch.setattr(refit, "_fits", counted)
+    monkeypatch.setattr(refit, "_followed", counted)
     with pytest.raises(Killed):
         study.discover(tmp_path / "out", quiet=True)
     again = load(path).discover(tmp_path / "out", resume=True, quiet=True)

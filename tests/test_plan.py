@@ -177,7 +177,7 @@ def test_a_mistake_in_the_plan_is_told_before_anything_is_searched(campaign, com
     def searches(*_, **__):
         raise AssertionError("a search began")
 
-    monkeypatch.setattr("rigid.study.discovery.best_of_few", searches)
+    monkeypatch.setattr("rigid.study.discovery.best_base", searches)
     monkeypatch.setattr("rigid.study.laws.fit_laws", searches)
     monkeypatch.setattr("rigid.study.plan.search_once", searches)
     with pytest.raises(InputError, match="did you mean 'snap'"):

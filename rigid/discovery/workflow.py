@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from rigid.discovery.base_fit import begun_at, led_on
 from rigid.discovery.fitted import Fitted
 from rigid.discovery.refit import NO_LEAD, Lead, Refit, begin, lead_of, refit, worth_refitting
 from rigid.discovery.signatures import Bench, laid_out
@@ -15,19 +16,15 @@ from rigid.discovery.weighing.explain import Explained, explain
 from rigid.discovery.weighing.odds import Odds, odds
 from rigid.discovery.weighing.pairs import pairs
 from rigid.discovery.weighing.verdict import verdict_of
-from rigid.inference.newton import is_noise
 from rigid.io.cache import NOTHING_KEPT, Shelf
 from rigid.likelihood.priors import AbstractPrior
 from rigid.likelihood.problem import Problem
 from rigid.localfit.ascent import refined
 from rigid.localfit.candidates import Candidate
-from rigid.localfit.expansion import Point, expanded
 from rigid.localfit.families import Effects, Family, families
-from rigid.localfit.hypothesis import Hypothesis, start
 from rigid.localfit.leave_one_out import HeldOut, gap, held_out_gap, left_out, units
 from rigid.localfit.leave_one_out import Judged as Fit
-from rigid.localfit.local import LocalFit, with_weights
-from rigid.localfit.samples import lay_out
+from rigid.localfit.local import LocalFit, fitted_noise, with_noise, with_weights
 from rigid.localfit.screening import Around, Screening, screen
 from rigid.localfit.weights import facts
 from rigid.localfit.where import Where, where_shown
@@ -166,7 +163,7 @@ def discover(
 ) -> Outcome:
     """Run the workflow.
 
-    - `best`: z and standard gains and zeros of a search's optimum. - `effects`: the candidates.
+    - `best`: z and standard gains and zeros where it begins. - `effects`: the candidates.
     - `given`: priors of their parameters, by label, that go before their own.
     """
     return _steps(first_turn(problem, best, effects, given, running))
@@ -182,13 +179,10 @@ def first_turn(
     """Fit the model as specified and work out what each candidate would leave; as in `discover`."""
     report = running.report
     programs = families(problem, effects)
-    layout = lay_out(problem)
-    layout = layout.weighed((layout.weight > 0.0).astype(float))
     report("fit the model as specified")
-    noise = best[0][is_noise(problem)]
-    hypothesis = Hypothesis(problem, given=given)
-    begin = Point(hypothesis, layout, start(problem, *best), noise)
-    base = refined(expanded(programs[0], begin))
+    base = led_on(begun_at(problem, programs[0], best, given))
+    base = with_weights(base, base.layout.read.astype(float))
+    base = with_noise(base, fitted_noise(base))
     report("signatures of candidates")
     bench = laid_out(Fitted(base, programs), effects, running.shelf)
     base = refined(with_weights(base, facts(base, bench.traces)))

@@ -7,12 +7,12 @@ import numpy as np
 from jaxtyping import Float
 
 from rigid.localfit.expansion import Point, Program, expand
-from rigid.localfit.local import LocalFit, fitted_noise, with_noise
+from rigid.localfit.local import LOUDEST, LocalFit, fitted_noise, with_noise
 from rigid.localfit.trust_region import model_of, moved_within, promised
 
 LONGEST = 2.0
 """Largest change of an entry of w in one step."""
-MOST_TURNS, MOST_STEPS = 25, 36
+MOST_TURNS, MOST_STEPS = 25, 48
 """Turns of several hypotheses, and of one, at most."""
 BETWEEN, LITTLE = 6, 0.3
 """Turns of one hypothesis after which its noise levels follow. One that has come up by less than
@@ -20,9 +20,10 @@ the second in as many is done: what leaps at its samples has no top that a step 
 CLOSE, CLOSER = 0.2, 0.02
 """Done when the top of the model is less above than this in log-posterior: where the integral goes
 on from there to the top of the parabola, and where it does not."""
-SHORTER, POOR = 0.3, 0.25
+SHORTER, POOR, WELL = 0.3, 0.25, 0.8
 """After a step that brings less than the second share of what it promised, the next has at most the
-first share of its length; so has each further step that is tried in the same turn."""
+first share of its length (so has each further step that is tried in the same turn); after one that
+brings more than the third, it may have twice its length."""
 MOST_TRIES = 4
 """Steps of one hypothesis that are tried in one turn, where lanes are free."""
 SHORTEST = 0.003
@@ -46,11 +47,13 @@ class Climb(NamedTuple):
     - `best`: the highest so far. - `here`: where the next step begins. - `radius`: how far a step
       from the highest may go. - `close`: what the top may be above the best at the end.
     - `rival`: log-posterior of another fit; one that will not come up to it is given up.
+    - `bold`: whether a place that is lower may be gone on from.
 
     Records of a thousand noise sds bend every valley: a step along it ends beside it, lower, but
     with slopes by which the next one may end further up than where both began. So from a place
     that is lower, but promises more, one further step is taken before it is given up (the watchdog
-    of Chamberlain, Powell, Lemarechal and Pedersen 1982, Math. Program. Study 16).
+    of Chamberlain, Powell, Lemarechal and Pedersen 1982, Math. Program. Study 16); after one in
+    vain no other is, until a step has kept its promise.
     """
 
     best: LocalFit
@@ -58,6 +61,7 @@ class Climb(NamedTuple):
     radius: float
     close: float = CLOSE
     rival: float = -np.inf
+    bold: bool = True
 
     @property
     def open(self) -> bool:
@@ -85,16 +89,24 @@ class Climb(NamedTuple):
         _, gain, one = tried[top]
         straight = self.here is self.best
         if heights[top] > self.best.value:
-            poor = heights[top] - self.here.value < POOR * gain
-            longer = SHORTER * lengths[top] if poor else min(2.0 * lengths[top], LONGEST)
+            kept = (heights[top] - self.here.value) / gain
+            longer = min(_times(kept) * lengths[top], LONGEST)
             radius = longer if straight else max(longer, self.radius)
-            return self._replace(best=one, here=one, radius=radius)
-        if straight and np.isfinite(heights[0]):
+            bold = self.bold or kept > WELL
+            return self._replace(best=one, here=one, radius=radius, bold=bold)
+        if straight and self.bold and np.isfinite(heights[0]):
             first = tried[0].local
             if first.value + promised(first) > self.best.value + self.close:
                 return self._replace(here=first, radius=lengths[-1])
         radius = SHORTER * (lengths[-1] if straight else self.radius)
-        return self._replace(here=self.best, radius=radius)
+        return self._replace(here=self.best, radius=radius, bold=self.bold and straight)
+
+
+def _times(kept: float) -> float:
+    """How much longer than a step the next may be, by the share of its promise that it kept."""
+    if kept > WELL:
+        return 2.0
+    return 1.0 if kept > POOR else SHORTER
 
 
 def led(program: Program, found: Sequence[LocalFit], turns: int = MOST_TURNS) -> list[LocalFit]:
@@ -110,19 +122,21 @@ def settled(program: Program, found: Sequence[LocalFit], turns: int) -> list[Loc
     return descended(program, [with_noise(one, fitted_noise(one)) for one in found], turns)
 
 
-def refined(local: LocalFit, most: int = MOST_STEPS, rival: float = -np.inf) -> LocalFit:
+def refined(
+    local: LocalFit, most: int = MOST_STEPS, rival: float = -np.inf, loudest: float = LOUDEST
+) -> LocalFit:
     """Lead one hypothesis and its noise levels to their optima, CLOSER.
 
     Noise levels follow every few turns: what a fit far from its optimum leaves over is no noise,
     but beside it the model must not be taken for exact, or steps are short and valleys narrow.
 
-    - `most`: turns. - `rival`: as in `Climb`.
+    - `most`: turns. - `rival`: as in `Climb`. - `loudest`: greatest noise level, in prior sds.
     """
     program = Program(local.family)
     climb = Climb(local, local, LONGEST, CLOSER, rival)
     while most > 0:
         begun, (climb,), used = climb.best, *_climbed(program, [climb], min(BETWEEN, most))
-        other = with_noise(climb.best, fitted_noise(climb.best))
+        other = with_noise(climb.best, fitted_noise(climb.best, loudest))
         gained, by_noise = other.value - begun.value, other.value - climb.best.value
         climb, most = climb._replace(best=other, here=other), most - used
         if not climb.open:

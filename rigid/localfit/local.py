@@ -5,6 +5,7 @@ steps and evidence are linear algebra on the list of samples.
 """
 
 import dataclasses
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Any
 
@@ -16,13 +17,18 @@ from jaxtyping import Float
 from scipy.linalg import cho_factor, cho_solve
 
 from rigid.likelihood.channels import SensorSheet
+from rigid.likelihood.priors import AbstractPrior
 from rigid.localfit.families import Family
 from rigid.localfit.hypothesis import Hypothesis
 from rigid.localfit.samples import Layout, Terms, terms
 
 Z_90 = 1.6448536269514722
 """95 % quantile of the standard normal."""
-NOISE_GRID = np.linspace(-5.0, 5.0, 81)
+LOWEST, LEVELS = -5.0, 25
+"""Least noise level that is tried, in prior sds; how many at a time."""
+LOUDEST, LOUDER = 5.0, 31.0
+"""Greatest ones: where something may be missing that must not pass for noise, and where a model
+that lacks much is to come near its records."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -92,29 +98,50 @@ def _levels(sheet: SensorSheet, residual: Array, weight: Array, sigma: Array) ->
     return weight @ sheet.noise_model(sigma)(residual[:, None]).value
 
 
-def fitted_noise(local: LocalFit) -> np.ndarray:
-    """Most probable noise levels, on the scale of their priors (levels,), the rest held."""
+def fitted_noise(local: LocalFit, loudest: float = LOUDEST) -> np.ndarray:
+    """Most probable noise levels, on the scale of their priors (levels,), the rest held.
+
+    - `loudest`: greatest level.
+    """
+    listed = local.layout.problem.parameters.sampled
+    priors = {p.label: p.prior for p in listed if p.base == "noise"}
+    middle, reach = 0.5 * (LOWEST + loudest), 0.5 * (loudest - LOWEST)
+    peaks = dict.fromkeys(priors, middle)
+    for wide in (reach, 0.1 * reach):
+        levels = {
+            label: np.clip(at, LOWEST + wide, loudest - wide) + np.linspace(-wide, wide, LEVELS)
+            for label, at in peaks.items()
+        }
+        height = _heights(local, priors, levels)
+        peaks = {label: _peak(levels[label], height[label]) for label in priors}
+    return np.array(list(peaks.values()))
+
+
+def _heights(
+    local: LocalFit, priors: Mapping[str, AbstractPrior], levels: Mapping[str, np.ndarray]
+) -> dict[str, np.ndarray]:
+    """Log-posterior of each noise level, on the scale of its prior, the rest held."""
     problem, layout = local.layout.problem, local.layout
-    priors = {p.label: p.prior for p in problem.parameters.sampled if p.base == "noise"}
-    total = dict.fromkeys(priors, -0.5 * NOISE_GRID**2)
+    total = {label: -0.5 * each**2 for label, each in levels.items()}
     sheets = [piece.sheet for piece in problem.pieces for _ in piece.tracks]
     for number, (channel, sheet) in enumerate(zip(layout.channels, sheets, strict=True)):
         label = f"noise[{channel.sensor}]"
         if label in priors:
             rows = layout.channel == number
-            sigma = priors[label].from_standard(jnp.asarray(NOISE_GRID))
+            sigma = priors[label].from_standard(jnp.asarray(levels[label]))
             residual, weight = jnp.asarray(local.residual[rows]), jnp.asarray(layout.weight[rows])
             total[label] = total[label] + np.asarray(_levels(sheet, residual, weight, sigma))
-    return np.array([_peak(total[label]) for label in priors])
+    return total
 
 
-def _peak(height: np.ndarray) -> float:
-    """Place on the noise grid of the peak of a curve, by a parabola through its top."""
+def _peak(levels: np.ndarray, height: np.ndarray) -> float:
+    """Place of the peak of a curve over even levels, by a parabola through its top."""
     i = int(np.clip(np.argmax(height), 1, len(height) - 2))
     left, top, right = height[i - 1 : i + 2]
     curvature = left - 2.0 * top + right
     shift = 0.5 * (left - right) / curvature if curvature < 0.0 else 0.0
-    return float(NOISE_GRID[i] + np.clip(shift, -1.0, 1.0) * (NOISE_GRID[1] - NOISE_GRID[0]))
+    at = levels[i] + np.clip(shift, -1.0, 1.0) * (levels[1] - levels[0])
+    return float(np.clip(at, levels[0], levels[-1]))
 
 
 def with_noise(local: LocalFit, z_noise: np.ndarray) -> LocalFit:

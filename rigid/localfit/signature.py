@@ -105,7 +105,9 @@ def changes(local: LocalFit, family: Family, ways: list[Way]) -> np.ndarray:
 def _differences(local: LocalFit, family: Family, ways: list[Way]) -> np.ndarray:
     """Change of every sample up to the level of each way, over its unit (n, ways)."""
     kinds = frozenset(k for way in ways for k in way.kinds)
-    lanes = [*ways, Way("", ways[0].shape, None, kinds)]  # the last: what all others change from
+    starts = [_absent(way, family.quiet) for way in ways]
+    bases = list(dict.fromkeys(starts))  # what others change from
+    lanes = [*ways, *(Way("", base, None, kinds) for base in bases)]
     values, acts = _lanes(local, family, lanes)
     for i, way in enumerate(ways):
         values[way.amplitude][i] += way.level
@@ -113,8 +115,18 @@ def _differences(local: LocalFit, family: Family, ways: list[Way]) -> np.ndarray
     out = np.zeros((len(reading), len(ways)))
     for i, way in enumerate(ways):
         rows = local.layout.of_kinds(way.kinds)
-        out[rows, i] = (reading[rows, i] - reading[rows, -1]) / way.unit
+        base = len(ways) + bases.index(starts[i])
+        out[rows, i] = (reading[rows, i] - reading[rows, base]) / way.unit
     return out
+
+
+def _absent(way: Way, quiet: Mapping[str, float]) -> tuple[tuple[str, float], ...]:
+    """What a way has in place of what is there where no effect is: an amplitude a hair beside."""
+    return tuple(
+        (label, value)
+        for label, value in way.shape
+        if label == way.amplitude and value != quiet[label]
+    )
 
 
 def _derivatives(local: LocalFit, family: Family, ways: list[Way]) -> np.ndarray:

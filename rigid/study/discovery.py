@@ -7,6 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
+from rigid.discovery.base_fit import Best, best_base
 from rigid.discovery.refit import KEPT as REFITS
 from rigid.discovery.signatures import KEPT
 from rigid.discovery.unmodelled import SORTS
@@ -14,7 +15,6 @@ from rigid.discovery.workflow import Outcome, Running
 from rigid.discovery.workflow import discover as work
 from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.inference.calibrate import fingerprint
-from rigid.inference.few_starts import Best, best_of_few
 from rigid.inference.reference_check import SolverCheck
 from rigid.io.cache import Shelf
 from rigid.io.cli import Options
@@ -24,6 +24,7 @@ from rigid.likelihood.effect_lookup import effects_named, marks
 from rigid.likelihood.listing import given_priors
 from rigid.likelihood.machine import everywhere
 from rigid.likelihood.problem import Problem
+from rigid.localfit.families import families
 from rigid.localfit.reference_check import against_reference
 from rigid.localfit.settled import state_of
 from rigid.planning.elsewhere import Possible, possible
@@ -243,6 +244,7 @@ def best_fit(asked: Question, seed: int, options: Options, shelf: Shelf) -> Best
     def search() -> Best:
         starts = min(asked.spec.sampler.starts, STARTS)
         with stage(options.quiet, "search", starts, "starts") as shown:
-            return best_of_few(asked.problem, starts, seed, shown.reach)
+            program = families(asked.problem, asked.effects)[0]
+            return best_base(asked.problem, program, starts, seed, shown.reach)
 
     return shelf.once("discovery-search", search, (Best,))
