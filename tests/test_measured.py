@@ -131,12 +131,12 @@ def test_the_command_ends_with_a_report(tmp_path):
     assert "Friction over frequency" not in page
 
 
-def missing_from(path: Path, folder: Path) -> list[dict]:
+def missing_from(path: Path, folder: Path, status: int = 0) -> list[dict]:
     """Steps of discovery on a machine, as the command writes them."""
     given = Options(
         spec=str(path), out=folder / "out", seed=1, resume=False, quiet=True, as_json=True
     )
-    assert discover.discover(given) == 0
+    assert discover.discover(given) == status
     return json.loads((folder / "out" / "discovery.json").read_text("utf-8"))["steps"]
 
 
@@ -156,7 +156,8 @@ def test_coulomb_friction_is_what_the_carriage_lacks_first(tmp_path, capsys):
 
 
 def test_friction_that_grows_with_pressure_is_what_the_seal_lacks(tmp_path, capsys):
-    steps = missing_from(spec_of("seal-friction", (), tmp_path), tmp_path)
+    # What is left is 1.9 times what the sheet says, which the command does not call usable.
+    steps = missing_from(spec_of("seal-friction", (), tmp_path), tmp_path, status=1)
     found = {step["effect"]: step for step in steps}
     seal = found.pop("pressure-dependent-friction")
     assert seal["probability"] > 0.9

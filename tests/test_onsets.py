@@ -36,7 +36,11 @@ def test_rivals_of_the_best_are_fitted_before_what_is_worth_nothing_alone():
     names = ("event", "ripple", "plate", "spring", "stage", "x")
     evidence = dict(zip(names, (31.0, 30.5, 30.0, 29.0, 25.0, 9.0), strict=True))
     alone = dict(zip(names, (31.0, -2.6, -0.2, -1.0, 25.0, 9.0), strict=True))
-    assert worth_refitting(evidence, alone) == ["event", "stage", "ripple"]
+    assert worth_refitting(evidence, alone) == ["event", "stage", "ripple", "plate"]
+    great = {name: 100.0 * log for name, log in evidence.items()}
+    assert worth_refitting(great, evidence) == ["event", "ripple", "plate", "spring"]
+    few = {"event": 3100.0, "x": 900.0, "y": 800.0}
+    assert worth_refitting(few, few) == ["event", "x"]
     assert worth_refitting(dict.fromkeys(evidence, -1.0), alone) == []
 
 

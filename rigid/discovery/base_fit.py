@@ -66,10 +66,11 @@ def best_base(
     for done, z in enumerate(prior_draws(problem, starts, seed), start=1):
         near, there = _coarsely(problem, z)
         agree = any(_between(near - other, there.information) < MET for other in met)
-        if not agree:
+        if not agree and np.isfinite(float(there.value)):
             met.append(near)
-            end = led_on(begun_at(problem, family, _parted(problem, near)))
-            if end.finite:
+            begun = begun_at(problem, family, _parted(problem, near))
+            if begun.finite:
+                end = led_on(begun)
                 agree = best is not None and _between(best.w - end.w, best.information) < AGREE
                 best = end if best is None else _better(best, end)
         report(done)

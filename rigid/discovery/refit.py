@@ -19,10 +19,12 @@ from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import Layout, Terms
 from rigid.localfit.settled import below, nearer_priors, unsettled
 
-MOST = 3
+MOST = 4
 """Effects that are fitted in full, at most."""
-WITHIN = 8.0
-"""Effects whose log Bayes factor lies further below the best are not: odds of 1 in 3,000."""
+WITHIN, MUCH, SHARE = 8.0, 100.0, 0.75
+"""Effects whose log Bayes factor lies further below the best are not: odds of 1 in 3,000. Around a
+fit that lacks as much as the second, what signatures promise is a part of what fits bring, another
+part for each: of what is more than that the best may be ahead by the share."""
 KEPT = "discovery-refit-*"
 """What refits are called on the shelf, `*` standing for effects added before and the candidate."""
 BEFORE_STEPS, FIRST_STEPS = 9, 6
@@ -92,7 +94,8 @@ def worth_refitting(evidence: Mapping[str, float], alone: Mapping[str, float]) -
     One that is worth something only beside another comes last: a fit of it alone tells little, and
     must not take the place of a rival of the best.
     """
-    least = max(max(evidence.values(), default=0.0) - WITHIN, 0.0)
+    best = max(evidence.values(), default=0.0)
+    least = max(best - max(WITHIN, SHARE * (best - MUCH)), 0.0)
     near = [name for name in evidence if evidence[name] > least]
     return sorted(near, key=lambda name: (alone[name] <= 0.0, -evidence[name]))[:MOST]
 
