@@ -103,6 +103,8 @@ def test_a_fit_far_below_a_rival_is_given_up_and_no_other(clean):
     hopeless = refined(begun, rival=end.value + 1e7)
     assert given_up(hopeless, end.value + 1e7)
     assert hopeless.value < end.value
+    nowhere = dataclasses.replace(begun, design=np.full_like(begun.design, np.nan))
+    assert not given_up(nowhere, end.value)
     lead = lead_of("other", Refit(bare(Candidate, effect=effect), local, end, 0.0))
     assert lead == ("other", end.value)
 

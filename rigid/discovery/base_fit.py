@@ -9,11 +9,11 @@ than the records demand.
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import NamedTuple
 
 import numpy as np
 from jax import Array
 
+from rigid.inference.few_starts import NOWHERE, Best
 from rigid.inference.newton import Expansion, descend, is_noise, joined, split
 from rigid.inference.search import centre, prior_draws
 from rigid.inference.stages import eased
@@ -36,19 +36,6 @@ SAME = 0.05
 AGREE, MET = 1.0, 1e-3
 """Nats between two ends that are one, by the parabola around one of them; and of the easier
 problem's."""
-
-
-class Best(NamedTuple):
-    """The best fit of the model as specified.
-
-    - `z` (size,), `standard` (sensors, 2): gains and zeros on their standard scale.
-    - `starts`: how many there were. - `agree`: whether two of them ended there.
-    """
-
-    z: np.ndarray
-    standard: np.ndarray
-    starts: int
-    agree: bool
 
 
 def best_base(
@@ -77,9 +64,7 @@ def best_base(
         if agree and best is not None:
             break
     if best is None:
-        raise InputError(
-            "no start of the search led to a finite likelihood; look at units and valve programmes"
-        )
+        raise InputError(NOWHERE)
     z, standard = split(problem, best.w, best.z_noise)
     return Best(np.asarray(z), np.asarray(standard), done, agree)
 

@@ -152,8 +152,9 @@ def _followed(found: Explained, begun: Begun, rival: float) -> LocalFit:
         if start.finite:
             after = max(after, refined(start, rival=max(rival, _height(after))), key=_height)
     if not after.finite or below(after, before):
-        absent = refined(_start(before, found, number, after.family, absent=True))
-        after = max(after, absent, key=_height)
+        absent = _start(before, found, number, after.family, absent=True)
+        if absent.finite:
+            after = max(after, refined(absent), key=_height)
     return after
 
 

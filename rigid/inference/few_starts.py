@@ -12,13 +12,15 @@ from rigid.inference.stages import eased
 from rigid.io.errors import InputError
 from rigid.likelihood.problem import Problem
 
+NOWHERE = "no start of the search led to a finite likelihood; look at units and valve programmes"
+"""What is said where there is no optimum."""
+
 
 class Best(NamedTuple):
     """The best optimum alone.
 
-    - `z` (size,): noise levels at the centre of their priors. - `standard` (sensors, 2): gains and
-      zeros on their standard scale. - `starts`: how many there were. - `agree`: whether two of them
-      ended there.
+    - `z` (size,): noise levels in it. - `standard` (sensors, 2): gains and zeros on their standard
+      scale. - `starts`: how many there were. - `agree`: whether two of them ended there.
     """
 
     z: np.ndarray
@@ -31,6 +33,8 @@ def best_of_few(
     problem: Problem, starts: int, seed: int, report: Callable[[int], None] = lambda _: None
 ) -> Best:
     """Find the best optimum alone, from as few starts as settle it: until two of them agree.
+
+    Noise levels stand at the centre of their priors.
 
     - `starts`: at most; `report(done)` after each.
 
@@ -53,8 +57,6 @@ def best_of_few(
         if agree:
             break
     if not ends:
-        raise InputError(
-            "no start of the search led to a finite likelihood; look at units and valve programmes"
-        )
+        raise InputError(NOWHERE)
     z, standard = split(problem, ends[0][1], z_noise)
     return Best(np.asarray(z), np.asarray(standard), done, agree)

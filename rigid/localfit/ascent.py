@@ -30,7 +30,7 @@ SHORTEST = 0.003
 """Length, in prior sds, below which no more steps are tried."""
 TWICE, ROOM = 2.0, 50.0
 """A fit is given up where so many times what its model promises, and so many nats, do not bring it
-up to a rival: promises of a bent valley are kept to a half at best."""
+up to a rival: a bent valley can bring more than what is promised where it begins."""
 
 
 class Tried(NamedTuple):
@@ -89,10 +89,10 @@ class Climb(NamedTuple):
         _, gain, one = tried[top]
         straight = self.here is self.best
         if heights[top] > self.best.value:
-            kept = (heights[top] - self.here.value) / gain
-            longer = min(_times(kept) * lengths[top], LONGEST)
+            rise = heights[top] - self.here.value
+            longer = min(_times(rise, gain) * lengths[top], LONGEST)
             radius = longer if straight else max(longer, self.radius)
-            bold = self.bold or kept > WELL
+            bold = self.bold or rise > WELL * gain
             return self._replace(best=one, here=one, radius=radius, bold=bold)
         if straight and self.bold and np.isfinite(heights[0]):
             first = tried[0].local
@@ -102,11 +102,11 @@ class Climb(NamedTuple):
         return self._replace(here=self.best, radius=radius, bold=self.bold and straight)
 
 
-def _times(kept: float) -> float:
-    """How much longer than a step the next may be, by the share of its promise that it kept."""
-    if kept > WELL:
+def _times(rise: float, gain: float) -> float:
+    """How much longer than a step the next may be, by what came of its promise `gain`."""
+    if rise > WELL * gain:
         return 2.0
-    return 1.0 if kept > POOR else SHORTER
+    return 1.0 if rise > POOR * gain else SHORTER
 
 
 def led(program: Program, found: Sequence[LocalFit], turns: int = MOST_TURNS) -> list[LocalFit]:
@@ -150,6 +150,8 @@ def refined(
 
 def given_up(local: LocalFit, rival: float) -> bool:
     """Whether a fit is too far below the log-posterior of a rival to be led on."""
+    if not local.finite or local.value + ROOM >= rival:
+        return False  # there is no model where nothing could be simulated
     return local.value + TWICE * promised(local) + ROOM < rival
 
 

@@ -7,7 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from rigid.discovery.base_fit import Best, best_base
+from rigid.discovery.base_fit import best_base
 from rigid.discovery.refit import KEPT as REFITS
 from rigid.discovery.signatures import KEPT
 from rigid.discovery.unmodelled import SORTS
@@ -15,6 +15,7 @@ from rigid.discovery.workflow import Outcome, Running
 from rigid.discovery.workflow import discover as work
 from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.inference.calibrate import fingerprint
+from rigid.inference.few_starts import Best
 from rigid.inference.reference_check import SolverCheck
 from rigid.io.cache import Shelf
 from rigid.io.cli import Options
