@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 
 from rigid.likelihood import noise_spectrum
 from rigid.likelihood.correlation import ahead, autocovariance, noise_law
-from rigid.likelihood.noise_spectrum import NoiseLaw, of_parts
+from rigid.likelihood.noise_spectrum import Found, NoiseLaw, common_law, of_parts, periodogram
 from rigid.likelihood.quantisation import interval
 
 ALL = np.ones(1200, dtype=bool)
@@ -28,6 +28,23 @@ def test_white_series_are_white():
     # orders has its own, smaller one.
     assert len(plain) > 0.95 * len(found)
     assert max(f.time for f in found) < 1.5
+
+
+def test_a_law_of_few_samples_has_the_mean_time_of_all_that_they_allow():
+    """Two series of 300 hardly tell a part that lasts fifty samples; the simplest law has none."""
+    rng, price = np.random.default_rng(35), float(np.log(600))
+    fast, slow = ar1(rng, 0.45, (120, 300)), ar1(rng, 0.98, (120, 300))
+    series = np.sqrt(0.7) * fast + np.sqrt(0.3) * slow
+    found = [Found.of(periodogram(s[:, None], ALL[:300])) for s in series]
+    laws = [common_law(found[i : i + 2], price, 1.0).law for i in range(0, 120, 2)]
+    time = 0.7 * 1.45 / 0.55 + 0.3 * 1.98 / 0.02
+    # parts slower than a sixth of a series are not tried: the mean stays short of the truth
+    assert time / 3.0 < np.median([law.time for law in laws]) < time
+    simplest = [
+        law.variance * (1.0 + law.averages.sum()) ** 2 / (1.0 - law.coefficients.sum()) ** 2
+        for law in laws
+    ]
+    assert np.median(simplest) < time / 4.0
 
 
 def test_correlated_series_have_their_time():

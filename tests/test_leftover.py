@@ -76,17 +76,16 @@ def test_samples_that_do_not_count_say_nothing():
     assert np.delete(found, 3).mean() == pytest.approx(TIME, rel=3 * 0.05)
 
 
-def one_sensor(
-    score: np.ndarray, sensor: str = "load,A", alone: bool = True
+def with_bumps(
+    score: np.ndarray, each: int = CHANNELS, alone: bool = True
 ) -> tuple[LocalFit, Traces]:
-    """Records of one sensor, with bumps over the time of each.
+    """Records with bumps over the time of each.
 
-    - `sensor`: its name, which may hold the number of the record. - `alone`: whether the bumps are
-      the sensor's own.
+    - `each`: how many records a sensor has. - `alone`: whether the bumps are the sensor's own.
     """
     made = explaining(score)
     channels = tuple(
-        ChannelKey(f"record-{n},A", "frame", "load", sensor.format(n), 0.01)
+        ChannelKey(f"record-{n},A", "frame", "load", f"load-{n // each},A", 0.01)
         for n in range(CHANNELS)
     )
     layout = object.__new__(Layout)
@@ -106,7 +105,7 @@ def laws(local: LocalFit, traces: Traces) -> list[NoiseLaw]:
 def test_what_wanders_in_all_records_of_a_sensor_is_noise():
     slow = np.sqrt(0.7) * noise(0.0, 5) + np.sqrt(0.3) * noise(0.97, 6)
     for alone in (True, False):
-        found = [law.time for law in laws(*one_sensor(slow, alone=alone))]
+        found = [law.time for law in laws(*with_bumps(slow, alone=alone))]
         # 0.7 + 0.3 (1 + 0.97)/(1 - 0.97) = 20.4; eleven records tell it to a fifth (five other
         # seeds gave 15 to 23 for all twelve), and the slower of two laws is taken
         assert 10.0 < np.median(found) < 41.0
@@ -114,25 +113,32 @@ def test_what_wanders_in_all_records_of_a_sensor_is_noise():
 
 def test_what_wanders_in_the_only_record_of_a_sensor_is_noise_unless_it_moves_others_too():
     slow = np.sqrt(0.7) * noise(0.0, 5) + np.sqrt(0.3) * noise(0.97, 6)
-    wanders = [law.time for law in laws(*one_sensor(slow, "load-{},A"))]
+    wanders = [law.time for law in laws(*with_bumps(slow, 1))]
     # as above, but each record by itself: a factor of two
     assert 5.0 < np.median(wanders) < 82.0
     # explained, it leaves what is white
-    moves = [law.time for law in laws(*one_sensor(slow, "load-{},A", alone=False))]
+    moves = [law.time for law in laws(*with_bumps(slow, 1, alone=False))]
     assert np.median(moves) < 2.0
 
 
 def test_what_wanders_in_one_record_is_not():
     white = noise(0.0, 7)
     white[ROWS[2]] += 1.5 * np.sin(np.linspace(0.0, 3.0 * np.pi, SAMPLES))
-    found = [law.time for law in laws(*one_sensor(white))]
+    found = [law.time for law in laws(*with_bumps(white))]
+    assert found[2] < 1.5
+
+
+def test_what_wanders_in_one_record_of_three_is_not_noise():
+    white = noise(0.0, 7)
+    white[ROWS[2]] += 1.5 * np.sin(np.linspace(0.0, 3.0 * np.pi, SAMPLES))
+    found = [law.time for law in laws(*with_bumps(white, 3))]
     assert found[2] < 1.5
 
 
 def test_a_channel_of_which_nothing_is_left_has_the_noise_of_its_sheet():
     """Its law is a number, whatever its sensor's other records do."""
     slow = np.where(ROWS[3], 0.0, np.sqrt(0.3) * noise(0.97, 6) + noise(0.0, 5))
-    local, traces = one_sensor(slow)
+    local, traces = with_bumps(slow)
     explaining, good = Explaining.by(local, traces.columns), GOOD & ~ROWS[3]
     found = noise_laws(local, explaining, traces, good)
     assert all(np.isfinite(law.variance) for law in found)

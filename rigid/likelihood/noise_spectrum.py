@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import solve_toeplitz
+from scipy.special import logsumexp, softmax
 
 MAX_ORDER = 8
 """Of an autoregression, for noise that beats; parts that fade stand for longer memory."""
@@ -152,21 +153,58 @@ def law_of(found: Found, price: float) -> NoiseLaw:
     return _scaled(min(fits, key=lambda fit: fit.cost).law, found.level)
 
 
-def common_law(found: Sequence[Found], price: float, level: float) -> NoiseLaw:
+class CommonLaw(NamedTuple):
+    """The law that several series share but for their size.
+
+    - `law`: the likeliest, but for its `time`: that is the mean over all laws, each as likely as it
+      is. Few frequencies tell of a part that lasts long; the simplest law that they allow may have
+      a third of its time.
+    - `log_evidence`: of all laws together.
+    """
+
+    law: NoiseLaw
+    log_evidence: float
+
+
+def common_law(found: Sequence[Found], price: float, level: float) -> CommonLaw:
     """Fit the law that several series share but for their size.
 
     - `price`: as there. - `level`: variance that it is to have.
     """
     some = [one for one in found if not one.empty]
     if not some:
-        return WHITE._replace(variance=level)
+        return CommonLaw(WHITE._replace(variance=level), 0.0)
     whittle = _Whittle.of(some, price)
-    fits = [whittle.white(), *whittle.fading()]
-    return _scaled(min(fits, key=lambda fit: fit.cost).law, level)
+    tried = tuple(whittle.tried())
+    fits = [whittle.white(), *map(whittle.best, tried)]
+    law, logs = min(fits, key=lambda fit: fit.cost).law, whittle.log_weights(tried)
+    times = np.concatenate([[WHITE.time], *(one.time for one in tried)])
+    law = law._replace(time=_bounded(float(softmax(logs) @ times)))
+    return CommonLaw(_scaled(law, level), float(np.asarray(logsumexp(logs))))
 
 
 def _scaled(law: NoiseLaw, level: float) -> NoiseLaw:
     return law._replace(variance=level * law.variance)
+
+
+class _Tried(NamedTuple):
+    """Laws of white noise and parts that fade.
+
+    - `size` (m, 1 + k): variances of the white noise and of the parts. - `decay` (m, k).
+    - `cost` (m,): twice what they cost in Whittle's log-likelihood. - `of`: how many they are the
+      likeliest of.
+    """
+
+    size: np.ndarray
+    decay: np.ndarray
+    cost: np.ndarray
+    of: int
+
+    @property
+    def time(self) -> np.ndarray:
+        """Of each law, as `NoiseLaw.time` (m,)."""
+        lasting = np.concatenate([np.ones((len(self.size), 1)), _lasting(self.decay)], axis=1)
+        return np.sum(self.size * lasting, axis=1) / self.size.sum(axis=1)
 
 
 class _Whittle(NamedTuple):
@@ -206,6 +244,10 @@ class _Whittle(NamedTuple):
 
     def fading(self) -> Iterator[Fit]:
         """White noise with one part that fades, and with two."""
+        return map(self.best, self.tried())
+
+    def tried(self) -> Iterator[_Tried]:
+        """The likeliest of all memories that are tried, of one part that fades and of two."""
         turn, size = self.mean(np.asarray), np.concatenate([c.sizes for c in self.classes])
         lowest = turn[self.weight > TELLING * size].min(initial=np.pi)
         decay = np.exp(-1.0 / np.geomspace(1.0, max(1.0 / lowest, 2.0), MEMORIES))
@@ -220,9 +262,24 @@ class _Whittle(NamedTuple):
             size, cost = self._sizes(shapes, even, FIRST_ROUNDS)
             near = np.argsort(cost)[:NEAR]
             size, cost = self._sizes(shapes[near], size[near], ROUNDS - FIRST_ROUNDS)
-            best = int(np.argmin(cost))
-            law = of_parts(size[best, 0], size[best, 1:], decay[which[near[best]]])
-            yield Fit(float(cost[best]) + self.price * (1 + 2 * which.shape[1]), law)
+            yield _Tried(size, decay[which[near]], cost, len(which))
+
+    def best(self, tried: _Tried) -> Fit:
+        """Return the likeliest of some laws."""
+        best = int(np.argmin(tried.cost))
+        law = of_parts(tried.size[best, 0], tried.size[best, 1:], tried.decay[best])
+        return Fit(float(tried.cost[best]) + self.price * (1 + 2 * tried.decay.shape[1]), law)
+
+    def log_weights(self, tried: Sequence[_Tried]) -> np.ndarray:
+        """Log of how likely white noise is and each law that was `tried`, all in a row.
+
+        Sizes cost their price; all memories are alike beforehand.
+        """
+        logs = [-0.5 * np.array([self.white().cost])]
+        for one in tried:
+            sizes = 1 + one.decay.shape[1]
+            logs.append(-0.5 * (one.cost + self.price * sizes) - np.log(one.of))
+        return np.concatenate(logs)
 
     def _sizes(
         self, shapes: np.ndarray, size: np.ndarray, rounds: int
@@ -274,8 +331,13 @@ def of_parts(white: float, sizes: np.ndarray, decays: np.ndarray) -> NoiseLaw:
         more = size * (1.0 - decay**2) * _autocorrelation(others)
         top = top + np.pad(more, (0, len(top) - len(more)))
     averages, variance = _factor(top)
-    time = (white + np.sum(sizes * (1.0 + decays) / (1.0 - decays))) / (white + sizes.sum())
+    time = (white + np.sum(sizes * _lasting(decays))) / (white + sizes.sum())
     return NoiseLaw(-bottom[1:], _bounded(float(time)), variance, averages, _memory(decays))
+
+
+def _lasting(decay: np.ndarray) -> np.ndarray:
+    """Sum of the autocorrelations of a part of which a share `decay` is left a sample later."""
+    return (1.0 + decay) / (1.0 - decay)
 
 
 def _product(polynomials: list[np.ndarray]) -> np.ndarray:

@@ -13,12 +13,14 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.signal import lfilter
+from scipy.special import expit, logit
 
 from rigid.likelihood.correlation import LEAST_SAMPLES
 from rigid.likelihood.noise_spectrum import (
     LONGEST,
     WHITE,
     Classes,
+    CommonLaw,
     Found,
     NoiseLaw,
     common_law,
@@ -32,6 +34,8 @@ TRACE_SD = 15.0
 """Prior sd of each signature, in units of its own strength: enough for all that is asked of."""
 ROUNDS, DRAWS = 3, 8
 """Of the simulation, and series in each. After three the times stand still to 2 %."""
+LIKE_OTHERS = 0.9
+"""Probability beforehand that a record's noise is that of the other records of its sensor."""
 SETTLED = 5.0
 """Memories before the first sample in which simulated noise forgets that it began."""
 
@@ -124,9 +128,10 @@ def noise_laws(
 
     What goes by the time of one record is something missing or is noise: noise in as far as the
     sensor does so in its other records. So each channel has the slower of two laws: that of what is
-    left once such things are explained as well, and that of the other records of its sensor where
-    they are not. A sensor of one record alone has none to tell: what wanders in it is noise, and
-    what moves other sensors too is not.
+    left once such things are explained as well, and that of the records of its sensor where they
+    are not; among these is the record itself in as far as its noise may be that of the others. A
+    sensor of one record alone has none to tell: what wanders in it is noise, and what moves other
+    sensors too is not.
     """
     layout = local.layout
     rows = [layout.channel == number for number in range(len(layout.channels))]
@@ -144,10 +149,11 @@ def noise_laws(
         lone = left_by(explaining.without(traces.wandering), rows, good)
     laws = []
     for number, one in enumerate(own):
-        others = [wide[i] for i in alike[number]] or [lone[number]]
-        price = float(np.log(max(sum(o.read for o in others), 2)))
         level = one.law.variance if one.found.empty else one.found.level
-        usual = common_law([o.found for o in others], price, level)
+        if others := [wide[i] for i in alike[number]]:
+            usual = _usual(wide[number], others, level)
+        else:
+            usual = _common([lone[number]], level).law
         laws.append(max(one.law, usual, key=lambda law: law.time))
     return laws
 
@@ -173,6 +179,24 @@ class Left(NamedTuple):
             level = usual if found.empty else found.level
             return cls(found, WHITE._replace(variance=level), read)
         return cls(found, law_of(found, float(np.log(read))), read)
+
+
+def _usual(mine: Left, others: Sequence[Left], level: float) -> NoiseLaw:
+    """Law of the noise that a sensor's record would have as the others have it.
+
+    - `mine`: what is left of it; it counts in as far as its noise may be that of the `others`.
+    - `level`: variance that the law is to have.
+    """
+    apart, alone, all_alike = (_common(some, level) for some in (others, [mine], [mine, *others]))
+    log_odds = all_alike.log_evidence - apart.log_evidence - alone.log_evidence
+    like = float(expit(logit(LIKE_OTHERS) + log_odds))
+    times = all_alike.law.time, apart.law.time
+    return apart.law._replace(time=like * times[0] + (1.0 - like) * times[1])
+
+
+def _common(some: Sequence[Left], level: float) -> CommonLaw:
+    price = float(np.log(max(sum(one.read for one in some), 2)))
+    return common_law([one.found for one in some], price, level)
 
 
 def left_by(explaining: Explaining, rows: Sequence[np.ndarray], good: np.ndarray) -> list[Left]:
