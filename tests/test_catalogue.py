@@ -34,6 +34,7 @@ NAMES = {
     "entrained-air": "oil-balance",
     "hose-pressure-drop": "sensor",
     "pump-stage-switch": "pump",
+    "pump-slip": "pump",
     "pump-ripple": "pump",
     "valve-event": "pump",
     "load-cell-stiffening": "load-cell",
@@ -84,6 +85,7 @@ SIGNATURES = {
         {"stage_drop": 1.0, "p_stage": 50e5, "stage_width": 20e5}, "frame", LAST,
         {"load": -1, "stroke": -1, "pressure": -1},
     ),
+    "pump-slip": ({"pump_slip": 5e-9}, "frame", LAST, {"load": -1, "stroke": -1, "pressure": -1}),
     "pump-ripple": (
         {"ripple": 0.6, "f_ripple": 3.0}, "frame", OPEN,
         {"load": 1, "stroke": 1, "pressure": 1},
@@ -100,7 +102,9 @@ SIGNATURES = {
     ),
     "stroke-sensor-lag": ({"tau_stroke": 0.02}, "free-run", OPEN, {"stroke": -1}),
     "load-cell-drift": ({"load_drift": 100.0}, "frame", LAST, {"load": 1}),
-    "clock-offset": ({"pressure_delay": 0.02}, "frame", OPEN, {"pressure": -1}),
+    "clock-offset": (
+        {"pressure_delay": 0.02, "load_delay_ratio": 0.0}, "frame", OPEN, {"pressure": -1},
+    ),
     "constant-force": (
         {"F_constant": 500.0}, "free-run", LAST, {"load": -1, "pressure": -1},
     ),
@@ -124,6 +128,7 @@ IN_MOTION = {  # what moves otherwise, with whether the check against the refere
     "effective-area": True,
     "entrained-air": False,
     "pump-stage-switch": False,
+    "pump-slip": False,
     "load-cell-stiffening": False,
     "seating-slack": False,
     "piston-leakage": False,
@@ -213,7 +218,7 @@ def timed(values, names, kind) -> dict[str, np.ndarray]:
         ).y  # fmt: skip
         for at, flat in zip(inside, path.T, strict=False):
             outside = Surroundings(contact, 0.0, fractions[level], at)
-            rows.append(readings(rig, flat * scales, outside)[:3])
+            rows.append(readings(rig, jnp.asarray(flat * scales), outside)[:3])
         y = path[:, -1]
     return dict(zip(BARS, np.array(rows, dtype=float).T, strict=True))
 

@@ -25,14 +25,29 @@ RECORDS = {
 }
 
 
-def pressure(march, record, kind: str, delay: float | None) -> np.ndarray:
+def readings(
+    march, record, kind: str, delay: float | None, ratio: float = 0.0
+) -> dict[str, np.ndarray]:
     names = BASE if delay is None else (*BASE, "clock-offset")
-    more = {} if delay is None else {"pressure_delay": delay}
+    more = {} if delay is None else {"pressure_delay": delay, "load_delay_ratio": ratio}
     rig = rig_of(NOMINAL | more, names, walkers=True)
     _, contact, fractions = RECORDS[kind]
     levels = jnp.asarray(fractions)[:, None, None]
     out = eqx.filter_jit(march)(rig, jnp.asarray([contact]), levels, side_by_side((record,)))
-    return np.asarray(out["pressure"])[: record.samples, 0, 0]
+    return {name: np.asarray(series)[: record.samples, 0, 0] for name, series in out.items()}
+
+
+def pressure(march, record, kind: str, delay: float | None) -> np.ndarray:
+    return readings(march, record, kind, delay)["pressure"]
+
+
+def test_the_load_lags_by_its_share_and_the_stroke_is_on_time():
+    record = RECORDS["frame"][0]
+    on_time = readings(march_still, record, "frame", None)
+    late = readings(march_still, record, "frame", 4 * record.interval, ratio=0.5)
+    for name, samples in (("pressure", 4), ("load", 2), ("stroke", 0)):
+        meant = on_time[name][4 - samples : record.samples - samples]
+        np.testing.assert_allclose(late[name][4:], meant, rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.slow
@@ -59,7 +74,7 @@ def test_a_delay_shorter_than_a_sample_moves_no_jump(march, kind: str):
 def test_a_quick_gauge_may_have_late_time_stamps_as_well(march):
     """It settles within a sample after the valve has moved, where one cubic was 0.8 steps off."""
     record, contact, fractions = RECORDS["free-run"]
-    own = {"tau_gauge": 1.5e-3, "pressure_delay": 3e-3}
+    own = {"tau_gauge": 1.5e-3, "pressure_delay": 3e-3, "load_delay_ratio": 0.0}
     rig = rig_of(NOMINAL | own, (*BASE, "clock-offset", "pressure-gauge-lag"), walkers=True)
     levels = jnp.asarray(fractions)[:, None, None]
     out = eqx.filter_jit(march)(rig, jnp.asarray([contact]), levels, side_by_side((record,)))
@@ -73,7 +88,8 @@ def test_a_quick_gauge_may_have_late_time_stamps_as_well(march):
 def test_early_readings_go_on_after_the_last_sample(march):
     """On the way to the tank, where the pressure falls, in the reference as in the steps."""
     record = drive(90, (0.1, 0.5), (0, 1, 2))
-    rig = rig_of(NOMINAL | {"pressure_delay": -4e-3}, (*BASE, "clock-offset"), walkers=True)
+    early = NOMINAL | {"pressure_delay": -4e-3, "load_delay_ratio": 0.0}
+    rig = rig_of(early, (*BASE, "clock-offset"), walkers=True)
     levels = jnp.asarray([0.0, 0.3, -0.2])[:, None, None]
     frame = jnp.asarray([NOMINAL["k_frame"]])
     grid = side_by_side((dataclasses.replace(record, size=96),))

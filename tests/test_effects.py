@@ -73,7 +73,7 @@ def told(values, names, flat, outside=OUTSIDE) -> jnp.ndarray:
     parts = (
         *rig.motion(flat, outside).rates,
         *readings(rig, flat, outside),
-        rig.delays().get("pressure", 0.0),
+        *(rig.delays().get(quantity, 0.0) for quantity in ("load", "pressure")),
         share * width,
         gone,
         *(
@@ -104,7 +104,7 @@ def probes(values, effect: type[AbstractEffect]) -> tuple[jnp.ndarray, Surroundi
     return stacked, OUTSIDE._replace(time=when, flow_fraction=passing)
 
 
-@pytest.mark.parametrize("name", ["pump-stage-switch", "pump-ripple"])
+@pytest.mark.parametrize("name", ["pump-stage-switch", "pump-slip", "pump-ripple"])
 def test_what_flows_to_the_tank_passes_no_pump(name: str):
     values = typical(CATALOGUE[name]) | {"p_stage": 0.0}
     for share, felt in ((0.4, True), (0.0, False), (-0.4, False)):

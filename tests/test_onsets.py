@@ -8,7 +8,7 @@ import pytest
 from rigid.discovery.refit import worth_refitting
 from rigid.effects import CATALOGUE
 from rigid.likelihood.priors import make_prior
-from rigid.localfit.candidates import onsets
+from rigid.localfit.candidates import onsets, priors_of
 from rigid.report.discovery.output import with_laws
 
 STAGE = CATALOGUE["pump-stage-switch"]
@@ -53,8 +53,10 @@ def test_pressures_stand_close_where_records_just_reach_them():
     steps = -np.diff(pressures)
     assert steps[near[:-1]].max() < 10e5, "within a step the trace grows by no more than e"
     assert len(found) < 30
-    # All are tried with the drop of the paper, which is known, not with a slope at none.
-    assert [one.level for one in found] == pytest.approx([1.0] * len(found), abs=1e-3)
+    # All are tried with the drop that pumps have, not with a slope at none.
+    usual = float(priors_of(STAGE, {})["stage_drop"][1].from_standard(0.0))
+    assert 0.9 < usual < 1.0
+    assert [one.level for one in found] == pytest.approx([usual] * len(found))
 
 
 def test_pressures_count_for_their_share_of_the_prior():

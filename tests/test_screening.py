@@ -53,7 +53,13 @@ def campaign(seed: int, **hidden: float) -> Problem:
         {"mu": Lognormal(1e6, 1.5), **{k: Lognormal(v, 1.2) for k, v in flows.items()}},
         quantities=("load,A", "stroke,A", "pressure,A"),
     )
-    silent = {"C_leak": 0.0, "R_hose": 0.0, "pressure_delay": 0.0, "load_drift": 0.0}
+    silent = {
+        "C_leak": 0.0,
+        "R_hose": 0.0,
+        "pressure_delay": 0.0,
+        "load_delay_ratio": 0.5,
+        "load_drift": 0.0,
+    }
     truth = listed.values(jnp.zeros((1, listed.size)))
     truth = truth | {"mu": jnp.asarray([1e6])}
     truth = truth | {k: jnp.asarray([v]) for k, v in (silent | hidden).items()}

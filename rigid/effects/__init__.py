@@ -28,6 +28,7 @@ ORDER = (
     "entrained-air",
     "hose-pressure-drop",
     "pump-stage-switch",
+    "pump-slip",
     "pump-ripple",
     "valve-event",
     "load-cell-stiffening",

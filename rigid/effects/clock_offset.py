@@ -6,16 +6,20 @@ from typing import ClassVar
 from jax import Array
 
 from rigid.effects.base import AbstractEffect, Action, State
-from rigid.effects.declare import either_sign, parameter
+from rigid.effects.declare import either_sign, normal, parameter
 
 
 class ClockOffset(AbstractEffect):
-    """The pressure on record at t is what it was at t - d; load and stroke are on time.
+    """The pressure on record at t is what it was at t - d, the load what it was at t - r d.
 
-    Signature: the pressure alone is late by d at every corner, by d dp/dt on every slope; a hold
-    that is at rest does not show it.
-    Siblings: hose pressure drop (-0.85: both act on the pressure while the valve is open), lag of
-    the stroke sensor where the pressure hardly moves, entrained air (the load is late too).
+    The stroke is on time. r is 0 where the load is recorded with the stroke, 1 where it is with the
+    pressure.
+
+    Signature: pressure, and load in as far as r is not 0, are late at every corner, by d dp/dt and
+    r d dF/dt on every slope; a hold that is at rest does not show it.
+    Siblings: hose pressure drop (-0.85 where r is 0: both act on the pressure while the valve is
+    open), lag of the stroke sensor where the pressure hardly moves, entrained air (pressure and
+    load are late, and the stroke too).
     """
 
     delay: Array = parameter(
@@ -26,10 +30,17 @@ class ClockOffset(AbstractEffect):
         meaning="delay of the pressure's time stamps",
         absent=0.0,
     )
+    load_share: Array = parameter(
+        "load_delay_ratio",
+        r"r_F",
+        "1",
+        normal(0.5, 0.5),
+        meaning="delay of the load's time stamps over that of the pressure's",
+    )
 
     name: ClassVar[str] = "clock-offset"
     equation: ClassVar[str] = "sensor"
-    phrase: ClassVar[str] = "the pressure's time stamps are shifted against the others"
+    phrase: ClassVar[str] = "time stamps of pressure, or of load and pressure, are shifted"
     source: ClassVar[str] = (
         "paper, Construction of the hydraulic rig: a field computer and a CR6 logger both record"
     )
@@ -41,5 +52,5 @@ class ClockOffset(AbstractEffect):
         return Action()
 
     def delays(self) -> Mapping[str, Array]:
-        """Return by how much the pressure lags."""
-        return {"pressure": self.delay}
+        """Return by how much load and pressure lag."""
+        return {"load": self.load_share * self.delay, "pressure": self.delay}

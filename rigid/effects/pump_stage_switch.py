@@ -14,7 +14,8 @@ class PumpStageSwitch(AbstractEffect):
     """q loses d (q_fast - q_slow) (1 + tanh((p - p_s)/w))/2: the slow stage from p_s on.
 
     q_fast - q_slow = 9.93 l/min is that of eq. (22), to which it is added; d is the share of the
-    paper's drop, 1 within some percent. The paper has w = 20 bar (0.05 per bar) and says not where
+    paper's drop. It is 1 within some percent for the paper's pump; what passes the unloading valve
+    of another may leave it at 0.8. The paper has w = 20 bar (0.05 per bar) and says not where
     from; records that just reach p_s see the foot of the switch alone, whose slope is that of w:
     it counts as known to a factor of two. It is meant for p_s below p_max and pressures below
     p_max: beyond, eq. (22) would fall a second time. What flows to the tank passes no pump.
@@ -29,7 +30,7 @@ class PumpStageSwitch(AbstractEffect):
         "stage_drop",
         r"d_\mathrm{s}",
         "1",
-        truncated_normal(1.0, 0.05, 0.0, 1.15),
+        truncated_normal(1.0, 0.15, 0.0, 1.15),
         meaning="share of the drop between the pump's stages",
         absent=0.0,
     )

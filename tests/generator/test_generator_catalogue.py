@@ -21,7 +21,10 @@ SAME = {
     "constant-force": ({"amplitude": 300.0, "sign": -1}, {"F_constant": -300.0}),
     "effective-area": ({"amplitude": 0.01, "sign": 1}, {"area_excess": 0.01}),
     "load-cell-drift": ({"amplitude": 40.0, "warming": 1e7}, {"load_drift": 40.0}),
-    "clock-offset": ({"amplitude": 0.013, "sign": 1}, {"pressure_delay": 0.013}),
+    "clock-offset": (
+        {"amplitude": 0.013, "sign": 1},
+        {"pressure_delay": 0.013, "load_delay_ratio": 0.0},
+    ),
     "hose-pressure-drop": (
         {"amplitude": 2e9},
         {"R_hose": 2e9 * (1.0 + FLOW / (10.0 * LITRE_PER_MINUTE))},
@@ -36,7 +39,11 @@ def modelled(more: dict[str, float]) -> dict[str, np.ndarray]:
     truth = short_truth()
     known = truth.parameters()
     names = [name for name in NOMINAL if name in known]
-    values = NOMINAL | {name: known[name] for name in names} | {"pressure_delay": 0.0}
+    values = (
+        NOMINAL
+        | {name: known[name] for name in names}
+        | {"pressure_delay": 0.0, "load_delay_ratio": 0.0}
+    )
     values |= ABSENT | more | {"kappa[free-run-1,A]": FREE.kappa}
     one = track(
         "free-run-1,A", "free-run", 151, drive=drive(151, (1.2,), (1, 0)),

@@ -55,10 +55,9 @@ NULLS = {
     "pump-scale": Population(scale=1.02),
     "pump-statement": Population(scale=1.64 / 1.68),
     "frame-stiffness": Population(frame=1.06),
-    "intake-density": Population(intake=True),
 }
-"""Nothing is missing that a name of the catalogue stands for; the intake is physics that the model
-takes otherwise. `pump-statement`: q_min of the paper's (1) over that of (22)."""
+"""Nothing is missing that a name of the catalogue stands for. `pump-statement`: q_min of the
+paper's (1) over that of (22)."""
 
 
 def _about(rng: np.random.Generator, value: float) -> float:
@@ -116,6 +115,7 @@ POPULATIONS = (
         "averaging-converter": Population(
             nearest="sample-averaging", chain=Chain(window=0.8, place=0.5)
         ),
+        "intake-density": Population(nearest="pump-slip", intake=True),
         "hum": Population(nearest="mains-pickup", chain=Chain(hum=0.7), rate=80.0),
         "clock": Population(
             nearest="clock-offset", chain=Chain(late=(("pressure", 0.02), ("load", 0.02)))

@@ -253,8 +253,7 @@ def _outside(groups: Groups) -> str:
     )
     words = (
         "Flagged: something is said to be missing, and no name is given at a probability of "
-        f"{CONFIDENT:g} and more. Straps and `intake-density` are physics that the model takes "
-        "otherwise; they may be too small to be seen.\n\n"
+        f"{CONFIDENT:g} and more.\n\n"
     )
     return "## Outside the catalogue\n\n" + words + table(head, lines)
 

@@ -8,14 +8,9 @@ from discovery_scores import NOTHING, UNNAMED, Known
 Row = Mapping[str, Any]
 COMPLETE, CATALOGUED, OUTSIDE = "nothing missing", "in the catalogue", "outside the catalogue"
 STRAPS = ("slow-strap", "linear-strap", "exponential-strap")
-OTHERWISE = ("intake-density",)
-"""Populations without a hidden cause whose physics the model takes otherwise."""
 TWIN = 0.98
 """Cosine of the traces of two causes from which on either name is right."""
-EQUATIONS = {
-    **dict.fromkeys(("square-friction", "tight-place"), "plunger-momentum"),
-    "intake-density": "pump",
-}
+EQUATIONS = dict.fromkeys(("square-friction", "tight-place"), "plunger-momentum")
 """Where causes enter that the catalogue has not; all others enter where their nearest does."""
 DRIVEN = ("frame", "free-run")
 KINDS = {
@@ -32,8 +27,7 @@ def sort_of(row: Row) -> str:
     """Whether nothing is missing, or a cause of the catalogue or from outside it is hidden."""
     if row["nearest"]:
         return CATALOGUED
-    away = row["hidden"] or row["case"]["population"] in OTHERWISE
-    return OUTSIDE if away else COMPLETE
+    return OUTSIDE if row["hidden"] else COMPLETE
 
 
 def alike(known: Known, name: str) -> set[str]:

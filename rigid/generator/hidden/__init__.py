@@ -56,14 +56,14 @@ def _by_name(*causes: type[Hidden]) -> dict[str, type[Hidden]]:
 
 CATALOGUED = _by_name(
     *(Coulomb, Stribeck, LuGre, Memory, PressureDependent, ReturnSpring),
-    *(EffectiveArea, Leakage, Air, HoseDrop, StageSwitch, Ripple, ValveEvent),
+    *(EffectiveArea, Leakage, Air, HoseDrop, StageSwitch, PumpSlip, Ripple, ValveEvent),
     *(Stiffening, RootPlate, Slack, StrokeLag, LoadDrift, ClockOffset),
     *(ConstantForce, BackwardViscosity),
     *(ShutLeakage, GaugeLag, LoadCreep, Warming, Mounting),
     *(GradualRelease, Pickup, Averaging),
 )
 OUTSIDE = _by_name(
-    *(RoughBore, GuideDrag, OilStiffening, PumpSlip, ValveDribble, GaugeJump, StrokeWave),
+    *(RoughBore, GuideDrag, OilStiffening, ValveDribble, GaugeJump, StrokeWave),
 )
 HIDDEN = CATALOGUED | OUTSIDE
 
