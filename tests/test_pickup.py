@@ -46,6 +46,20 @@ def test_evidence_of_a_line_is_a_ratio_of_gaussian_densities():
     np.testing.assert_allclose(found[:, 2], found[:, 10], rtol=1e-6)
 
 
+def test_what_moves_whole_records_is_no_line():
+    """At 100 Hz, sampled at 100 Hz, a line is a constant; at 101.5 Hz it has fifteen turns."""
+    rows, frequencies = np.arange(1000), np.arange(99.0, 102.5, 0.5)
+    times = 0.01 * (rows + 0.5)
+    ear = ear_of(Heard("angle", rows, times, np.ones(1000), 0.01), frequencies)
+    weights = weighing((ear,), np.linspace(0.1, 3.0, len(QUANTILES)))
+    found = weights.of_sizes(2.0 * np.ones((1000, 1)))[:, :, 0] - LOG_MASS
+    np.testing.assert_array_equal(found[:5], 0.0)
+    assert np.all(found[5:] < 0.0)
+    assert weights.likeliest(2.0 * np.ones(1000), 2).amplitude == 0.0
+    turning = np.sin(2.0 * np.pi * 101.5 * times)
+    assert weights.of_sizes(turning[:, None])[5].max() > 100.0
+
+
 def weighed(problem: Problem) -> dict[str, float]:
     """Log Bayes factors of the effects that may be missing."""
     choice = (*CHOICE, PICKUP)

@@ -35,6 +35,9 @@ from rigid.localfit.local import LocalFit
 
 REFERENCE = "load"
 """The quantity whose amplitude ratios are taken of."""
+TURNS = 10.0
+"""Of a line in a record, at least. One whose alias is slower looks like a zero that wanders, and
+anything that moves the readings of whole records would be taken for it."""
 AT_ONCE = 30
 """Simulated records without a line that are weighed side by side."""
 
@@ -58,7 +61,7 @@ class Ear(NamedTuple):
 
     - `label`: of the line's angle. - `rows`: its samples, `at` (rows,): their places on an even
       grid from the first on. - `spectrum`: of the grid at all frequencies; `late` (frequencies,):
-      turns it to where the record began.
+      turns it to where the record began, and is 0 where a line is too slow to be one.
     - `known` (3, frequencies): information of sine, of both, of cosine, per unit of the reading.
     """
 
@@ -133,7 +136,7 @@ class Likeliest(NamedTuple):
 
 
 def picked_up(fit: Fitted, effect: type[AbstractEffect]) -> Line | None:
-    """Find the likeliest line that sensors pick up; None where no two could be parted.
+    """Find the likeliest line that sensors pick up; None where none could be told.
 
     - `effect`: one that sensors pick up.
     """
@@ -163,7 +166,10 @@ def picked_up(fit: Fitted, effect: type[AbstractEffect]) -> Line | None:
 
     each = weigh(local.terms.score[:, None])[:, 0]
     best = int(np.argmax(each))
-    found = {q: one.likeliest(local.terms.score, best) for q, one in weighings.items()}
+    every = ((q, one.likeliest(local.terms.score, best)) for q, one in weighings.items())
+    found = {q: one for q, one in every if one.amplitude > 0.0}
+    if not found:
+        return None
     unit = min(found, key=lambda q: q != REFERENCE)
     reference = found[unit].amplitude / units[unit]
     ratios = {q: one.amplitude / reference for q, one in found.items()}
@@ -223,10 +229,19 @@ def ear_of(heard: Heard, frequencies: np.ndarray) -> Ear:
         ends = [2.0 * times * heard.interval * f for f in (low, high)]
         return ZoomFFT(len(weight), ends, len(frequencies))
 
-    late = np.exp(-2j * np.pi * frequencies * since[0])
-    double, whole = spectrum(2.0)(weight) * late**2, weight.sum()
+    seen = np.abs(alias(frequencies, heard.interval)) * (since[-1] - since[0]) >= TURNS
+    late = np.exp(-2j * np.pi * frequencies * since[0]) * seen
+    double, whole = spectrum(2.0)(weight) * late**2, weight.sum() * seen
     known = 0.5 * np.stack([whole - double.real, -double.imag, whole + double.real])
     return Ear(heard.label, heard.rows, at, spectrum(1.0), late, known)
+
+
+def alias(frequencies: np.ndarray, interval: float) -> np.ndarray:
+    """Where lines appear [Hz], up to half the sampling frequency either way.
+
+    - `interval` [s]: between samples.
+    """
+    return frequencies - np.round(frequencies * interval) / interval
 
 
 def weighing(ears: tuple[Ear, ...], sizes: np.ndarray) -> Weighing:

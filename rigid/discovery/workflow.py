@@ -10,7 +10,16 @@ from jaxtyping import Float
 
 from rigid.discovery.base_fit import begun_at, led_on
 from rigid.discovery.fitted import Fitted
-from rigid.discovery.refit import NO_LEAD, Lead, Refit, begin, lead_of, refit, worth_refitting
+from rigid.discovery.refit import (
+    MOST,
+    NO_LEAD,
+    Lead,
+    Refit,
+    begin,
+    lead_of,
+    refit,
+    worth_refitting,
+)
 from rigid.discovery.signatures import Bench, laid_out
 from rigid.discovery.weighing.explain import Explained, explain
 from rigid.discovery.weighing.odds import Odds, odds
@@ -261,7 +270,10 @@ def _steps(turn: Turn) -> Outcome:
 
 
 def _fitted_in_full(turn: Turn) -> tuple[Odds, dict[str, Refit]]:
-    """Fit the few best effects in full, and the one that is then the likeliest in any case."""
+    """Fit the few best effects in full, and then the likeliest until it is one that was fitted.
+
+    What a signature promises may vanish in the fit: then others come before it.
+    """
     found = turn.found
     both, refits = pairs(found), {}
 
@@ -274,13 +286,14 @@ def _fitted_in_full(turn: Turn) -> tuple[Odds, dict[str, Refit]]:
         if not _twins(found, names, name):
             names.append(name)
     refits |= turn.refits(names)
-    now = said()
-    first = max(now.evidence, key=lambda name: now.evidence[name], default="")
-    if refits and first not in refits and _twins(found, refits, first):
+    for _ in range(MOST if refits else 0):
+        evidence = said().evidence
+        first = max(evidence, key=lambda name: evidence[name])
+        if first in refits or evidence[first] <= 0.0:
+            break
         leads = (lead_of(name, one) for name, one in refits.items())
         refits |= turn.refits([first], max(leads, key=lambda one: one.height))
-        now = said()
-    return now, refits
+    return said(), refits
 
 
 def changed(found: Explained, fitted: Mapping[str, float]) -> dict[str, float]:
