@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from rigid.localfit.expansion import Point, Program, expand
 from rigid.localfit.local import LOUDEST, LocalFit, fitted_noise, with_noise
-from rigid.localfit.trust_region import model_of, moved_within, promised
+from rigid.localfit.trust_region import Bend, model_of, moved_within, promised
 
 LONGEST = 2.0
 """Largest change of an entry of w in one step."""
@@ -48,6 +48,7 @@ class Climb(NamedTuple):
       from the highest may go. - `close`: what the top may be above the best at the end.
     - `rival`: log-posterior of another fit; one that will not come up to it is given up.
     - `bold`: whether a place that is lower may be gone on from.
+    - `bend`: of the step that led to the best; None before there was one.
 
     Records of a thousand noise sds bend every valley: a step along it ends beside it, lower, but
     with slopes by which the next one may end further up than where both began. So from a place
@@ -62,6 +63,7 @@ class Climb(NamedTuple):
     close: float = CLOSE
     rival: float = -np.inf
     bold: bool = True
+    bend: Bend | None = None
 
     @property
     def open(self) -> bool:
@@ -93,7 +95,8 @@ class Climb(NamedTuple):
             longer = min(_times(rise, gain) * lengths[top], LONGEST)
             radius = longer if straight else max(longer, self.radius)
             bold = self.bold or rise > WELL * gain
-            return self._replace(best=one, here=one, radius=radius, bold=bold)
+            bend = Bend.between(self.here, one)
+            return self._replace(best=one, here=one, radius=radius, bold=bold, bend=bend)
         if straight and self.bold and np.isfinite(heights[0]):
             first = tried[0].local
             if first.value + promised(first) > self.best.value + self.close:
@@ -171,7 +174,7 @@ def _climbed(program: Program, climbs: list[Climb], turns: int) -> tuple[list[Cl
             return climbs, used
         needed = sum(program.lanes(climbs[i].here.hypothesis) for i in open_)
         tries = min(MOST_TRIES, max(1, program.family.lanes // needed))
-        steps = {i: _steps(climbs[i].here, climbs[i].reach, tries) for i in open_}
+        steps = {i: _steps(climbs[i], tries) for i in open_}
         points = [
             Point.beside(climbs[i].here, climbs[i].here.w + step)
             for i in open_
@@ -183,12 +186,10 @@ def _climbed(program: Program, climbs: list[Climb], turns: int) -> tuple[list[Cl
     return climbs, turns
 
 
-def _steps(
-    local: LocalFit, radius: float, tries: int
-) -> list[tuple[Float[np.ndarray, " size"], float]]:
+def _steps(climb: Climb, tries: int) -> list[tuple[Float[np.ndarray, " size"], float]]:
     """Steps of w, each SHORTER than the one before, and what they promise."""
-    model = model_of(local)
-    found = [moved_within(model, radius)]
+    model = model_of(climb.here, climb.bend if climb.here is climb.best else None)
+    found = [moved_within(model, climb.reach)]
     for _ in range(tries - 1):
         found.append(moved_within(model, SHORTER * float(np.abs(found[-1][0]).max())))
     return found

@@ -6,9 +6,15 @@ lies along a valley that is straight in the amplitudes and bent in their logarit
 wide: steps along its tangent leave it after a twentieth of a prior sd. So the log-likelihood is
 taken for a parabola in the amplitudes, the prior is what it is, and the top of both is found
 without a simulation.
+
+Other valleys bend, too: k_oil/(L_0 + x) is what records know, and both of its numbers may have to
+go far together. How readings bend along the way is known from the last step, since slopes were
+simulated at both of its ends; the next one is bent after it (geodesic acceleration: Transtrum and
+Sethna 2012, arXiv:1201.5885, whose second derivative is one more simulation).
 """
 
 import dataclasses
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
@@ -27,8 +33,50 @@ ENOUGH = 1e-4
 TO_ZERO = 0.9
 """Share of the way to an amplitude of zero that one round may go."""
 HALVINGS = 30
+BENT = 0.75
+"""A step is bent by no more than this share of its length; where it would be by more, the last step
+tells nothing of it."""
 TRACE = 1e-12
 """Added to the diagonal of what is solved, in units of it; rounding takes off 1e-14."""
+
+
+class Pull(NamedTuple):
+    """What the bend of the last step does to the gradient of the log-likelihood.
+
+    - `along` (size,): that step. - `by` (size,): twice what the gradient lacks, for the bend, where
+      another step like it ends.
+    """
+
+    along: np.ndarray
+    by: np.ndarray
+
+
+class Bend(NamedTuple):
+    """How expected readings bend along the last step.
+
+    - `along` (size,): that step, as `Model` has steps, seen from its end. - `by` (n,): second
+      derivative of the readings along it.
+    """
+
+    along: np.ndarray
+    by: np.ndarray
+
+    @classmethod
+    def between(cls, last: LocalFit, local: LocalFit) -> "Bend":
+        """Return it from slopes at both ends of a step."""
+        log_factors = log_factors_of(last)
+        bent = log_factors > 0.0
+        unit = np.where(bent, log_factors, 1.0)
+        moved = local.w - last.w
+        step = np.where(bent, np.expm1(unit * moved) / unit, moved)
+        grown = np.where(bent, 1.0 + log_factors * step, 1.0)
+        return cls(step / grown, local.design @ (step / grown) - last.design @ step)
+
+    def pull(self, local: LocalFit) -> Pull | None:
+        """What it does to the gradient of the fit at its end; None where nothing moved."""
+        if not np.any(self.along):
+            return None
+        return Pull(self.along, local.design.T @ (local.terms.curvature * self.by))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -39,12 +87,26 @@ class Model:
       stands.
     - `log_factors` (size,): ln of the factor of a lognormal amplitude, w + ln(1 + log_factors
       d)/log_factors; 0 for all other numbers, w + d.
+    - `pull`: by which a step is bent; None where nothing tells it.
     """
 
     information: np.ndarray
     gradient: np.ndarray
     w: np.ndarray
     log_factors: np.ndarray
+    pull: Pull | None = None
+
+    def bent(self, d: np.ndarray, damping: float) -> np.ndarray:
+        """A step d (size,), bent as far as the last one tells."""
+        if self.pull is None:
+            return d
+        along, by = self.pull
+        share = float(d @ along) / float(along @ along)
+        held = (1.0 + damping) * np.eye(len(d))
+        aside = -0.5 * share**2 * solved(self.information + held, by)
+        sharp = np.abs(aside).max() > BENT * np.abs(d).max()
+        gone = np.any(self.log_factors * (d + aside) <= -TO_ZERO)
+        return d if sharp or gone else d + aside
 
     def place(self, d: np.ndarray) -> np.ndarray:
         """w (size,) there."""
@@ -105,10 +167,14 @@ def solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     return scale * cho_solve(cho_factor(unit), scale * right)
 
 
-def model_of(local: LocalFit) -> Model:
-    """The model of a fit's log-posterior around where it stands."""
+def model_of(local: LocalFit, bend: Bend | None = None) -> Model:
+    """The model of a fit's log-posterior around where it stands.
+
+    - `bend`: of the step that led there.
+    """
     information = local.information - np.eye(len(local.w))
-    return Model(information, local.gradient + local.w, local.w, log_factors_of(local))
+    pull = None if bend is None else bend.pull(local)
+    return Model(information, local.gradient + local.w, local.w, log_factors_of(local), pull)
 
 
 def log_factors_of(local: LocalFit) -> np.ndarray:
@@ -140,14 +206,14 @@ def moved_within(model: Model, radius: float) -> tuple[np.ndarray, float]:
     would keep the next one from being longer.
     """
     none = np.zeros(len(model.w))
-    d = model.top(0.0, none)
+    d, damping = model.top(0.0, none), 0.0
     if model.length(d) > radius:
-        d = _damped(model, radius, d)
-    return model.place(d) - model.w, model.value(d) - model.value(none)
+        d, damping = _damped(model, radius, d)
+    return model.place(model.bent(d, damping)) - model.w, model.value(d) - model.value(none)
 
 
-def _damped(model: Model, radius: float, d: np.ndarray) -> np.ndarray:
-    """Top with as little damping as brings it within a radius.
+def _damped(model: Model, radius: float, d: np.ndarray) -> tuple[np.ndarray, float]:
+    """Top with as little damping as brings it within a radius, and that damping.
 
     - `d` (size,): without any.
     """
@@ -165,4 +231,4 @@ def _damped(model: Model, radius: float, d: np.ndarray) -> np.ndarray:
             high, d = between, shorter
         if low > 0.0 and high < 1.01 * low:
             break
-    return d
+    return d, high
