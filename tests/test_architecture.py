@@ -45,13 +45,14 @@ FLOORS, ROOMS = 10, 25
 # The same inside a room that has rooms of its own.
 WITHIN = {
     "discovery": (
-        ("base_fit", "fitted"),
+        ("base_fit", "fitted", "near"),
         ("unmodelled",),
         ("weighing",),
         ("disagreement", "refit"),
         ("periodic",),
         ("pickup",),
         ("signatures",),
+        ("turn",),
         ("workflow",),
     ),
     "report": (

@@ -11,7 +11,7 @@ from scipy.special import logsumexp
 from rigid.discovery.fitted import Fitted
 from rigid.discovery.periodic import FINER, LOG_MASS, QUANTILES, lines, log_bayes_of_line
 from rigid.discovery.signatures import laid_out
-from rigid.discovery.workflow import weigh
+from rigid.discovery.turn import weigh
 from rigid.effects import CATALOGUE
 from rigid.io.cache import Shelf
 from rigid.likelihood.channels import make_pieces

@@ -9,7 +9,7 @@ from rigid.discovery.fitted import Fitted
 from rigid.discovery.periodic import LOG_MASS, QUANTILES
 from rigid.discovery.pickup import Heard, ear_of, weighing
 from rigid.discovery.signatures import laid_out
-from rigid.discovery.workflow import weigh
+from rigid.discovery.turn import weigh
 from rigid.effects import CATALOGUE
 from rigid.io.cache import Shelf
 from rigid.likelihood.problem import Problem

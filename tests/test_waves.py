@@ -10,9 +10,9 @@ from scipy.special import logsumexp
 
 from rigid.discovery.fitted import Fitted
 from rigid.discovery.signatures import laid_out
+from rigid.discovery.turn import weigh
 from rigid.discovery.unmodelled.waves import FINER, Wave, waves
 from rigid.discovery.weighing.explain import Bundled, best_waves
-from rigid.discovery.workflow import weigh
 from rigid.effects import CATALOGUE
 from rigid.io.cache import Shelf
 from rigid.likelihood.channels import make_pieces

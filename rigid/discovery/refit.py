@@ -100,10 +100,10 @@ def worth_refitting(evidence: Mapping[str, float], alone: Mapping[str, float]) -
     return sorted(near, key=lambda name: (alone[name] <= 0.0, -evidence[name]))[:MOST]
 
 
-def begin(fit: Fitted, found: Explained, name: str) -> Begun:
+def begin(fit: Fitted, found: Explained, name: str, w: np.ndarray | None = None) -> Begun:
     """Take the first turns of a fit with the effect `name`, from its best candidate on.
 
-    - `fit`: without it.
+    - `fit`: without it. - `w` (size,): where to begin in place of where that stands.
     """
     base, number = fit.local, found.best_of(name)
     candidate = found.listed[number]
@@ -111,7 +111,7 @@ def begin(fit: Fitted, found: Explained, name: str) -> Begun:
     before = base
     if any(not e.steady for e in family.effects):
         before = refined(expanded(family, Point.beside(base, base.w)), BEFORE_STEPS)
-    start = _start(before, found, number, family)
+    start = _start(before, found, number, family, w)
     return Begun(number, before, refined(start, FIRST_STEPS) if start.finite else start)
 
 

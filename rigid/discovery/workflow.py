@@ -1,41 +1,27 @@
 """Fit, find what is left over, name it, add it, and again until nothing is missing."""
 
 import dataclasses
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import cached_property
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
-from rigid.discovery.base_fit import begun_at, led_on
-from rigid.discovery.fitted import Fitted
-from rigid.discovery.refit import (
-    MOST,
-    NO_LEAD,
-    Lead,
-    Refit,
-    begin,
-    lead_of,
-    refit,
-    worth_refitting,
-)
-from rigid.discovery.signatures import Bench, laid_out
-from rigid.discovery.weighing.explain import Explained, explain
+from rigid.discovery.refit import MOST, NO_LEAD, Lead, Refit, lead_of, worth_refitting
+from rigid.discovery.signatures import Bench
+from rigid.discovery.turn import Running, Turn, first_turn
+from rigid.discovery.weighing.explain import Explained
 from rigid.discovery.weighing.odds import Odds, odds
 from rigid.discovery.weighing.pairs import pairs
 from rigid.discovery.weighing.verdict import verdict_of
-from rigid.io.cache import NOTHING_KEPT, Shelf
 from rigid.likelihood.priors import AbstractPrior
 from rigid.likelihood.problem import Problem
-from rigid.localfit.ascent import refined
 from rigid.localfit.candidates import Candidate
-from rigid.localfit.families import Effects, Family, families
+from rigid.localfit.families import Effects, Family
 from rigid.localfit.leave_one_out import HeldOut, gap, held_out_gap, left_out, units
 from rigid.localfit.leave_one_out import Judged as Fit
-from rigid.localfit.local import LocalFit, fitted_noise, with_noise, with_weights
-from rigid.localfit.screening import Around, Screening, screen
-from rigid.localfit.weights import facts
+from rigid.localfit.local import LocalFit
+from rigid.localfit.screening import Screening
 from rigid.localfit.where import Where, where_shown
 
 LIKELIER = 0.5
@@ -45,22 +31,11 @@ SIGNIFICANT = 0.01
 LIKELY = 0.02
 """Least probability of an effect that is told as an alternative."""
 MOST_STEPS = 3
+NEAR = 2
+"""Effects that are fitted in full, at most, for what they explain near the priors alone."""
 WIDENED = 1e-3
 """Share by which an effect that is named may widen the gap: the gap weighs samples otherwise than
 the fit does, and with 424 right names it went up by 6e-4 at most (docs/studies/discovery.md)."""
-
-Report = Callable[[str], None]
-
-
-class Running(NamedTuple):
-    """How a run goes.
-
-    - `seed`. - `report`: is told each stage. - `shelf`: keeps what takes long.
-    """
-
-    seed: int
-    report: Report = lambda _: None
-    shelf: Shelf = NOTHING_KEPT
 
 
 @dataclasses.dataclass(frozen=True)
@@ -178,79 +153,6 @@ def discover(
     return _steps(first_turn(problem, best, effects, given, running))
 
 
-def first_turn(
-    problem: Problem,
-    best: tuple[np.ndarray, np.ndarray],
-    effects: Effects,
-    given: Mapping[str, AbstractPrior],
-    running: Running,
-) -> "Turn":
-    """Fit the model as specified and work out what each candidate would leave; as in `discover`."""
-    report = running.report
-    programs = families(problem, effects)
-    report("fit the model as specified")
-    base = led_on(begun_at(problem, programs[0], best, given))
-    base = with_weights(base, base.layout.read.astype(float))
-    base = with_noise(base, fitted_noise(base))
-    report("signatures of candidates")
-    bench = laid_out(Fitted(base, programs), effects, running.shelf)
-    base = refined(with_weights(base, facts(base, bench.traces)))
-    return Turn(Fitted(base, programs), bench, running)
-
-
-def weigh(local: LocalFit, bench: Bench, seed: int) -> Explained:
-    """Weigh every explanation of what a fit leaves over.
-
-    Effects that are in it are left out, and laws that share a number with one of them: another dry
-    friction would take the place of the first, not come beside it.
-    """
-    inside = {info.name for effect in local.hypothesis.added for info in effect.parameters()}
-    kept = [
-        i
-        for i, one in enumerate(bench.listed)
-        if not inside & {info.name for info in one.effect.parameters()}
-    ]
-    around = Around(local.terms.score, local.terms.curvature, local.design, local.gradient)
-    columns = np.array([*kept, *range(len(bench.listed), bench.signatures.shape[1])])
-    listed = tuple(bench.listed[i] for i in kept)
-    found = screen(around, bench.signatures).only(columns)
-    return explain(listed, bench.bumps.target, found, seed)
-
-
-@dataclasses.dataclass(frozen=True)
-class Turn:
-    """One turn of the workflow: a fit, and what is weighed around it."""
-
-    fit: Fitted
-    bench: Bench
-    running: Running
-
-    @cached_property
-    def found(self) -> Explained:
-        """Every explanation of what the fit leaves over."""
-        return weigh(self.fit.local, self.bench, self.running.seed)
-
-    def refits(self, names: Sequence[str], lead: Lead = NO_LEAD) -> dict[str, Refit]:
-        """Fit the model with each of some effects added, the one first that comes furthest.
-
-        - `lead`: of an effect that was fitted before.
-        """
-        begun = {}
-        for name in names:
-            self.running.report(f"fit with {name}")
-            begun[name] = begin(self.fit, self.found, name)
-        out: dict[str, Refit] = {}
-        for name in sorted(names, key=lambda name: -begun[name].height):
-            out[name] = refit(self.fit, self.found, begun[name], lead, self.running.shelf)
-            lead = max(lead, lead_of(name, out[name]), key=lambda one: one.height)
-        return {name: out[name] for name in names}
-
-    def after(self, one: Refit) -> "Turn":
-        """Return the turn that follows where an effect was added."""
-        self.running.report(f"residuals with {one.candidate.effect.name}")
-        return dataclasses.replace(self, fit=Fitted(one.after, self.fit.programs))
-
-
 def _steps(turn: Turn) -> Outcome:
     base, steps = turn.fit.local, []
     said = odds(turn.found)
@@ -286,14 +188,24 @@ def _fitted_in_full(turn: Turn) -> tuple[Odds, dict[str, Refit]]:
         if not _twins(found, names, name):
             names.append(name)
     refits |= turn.refits(names)
+    if turn.near is not None:
+        alone = turn.near.found.effects
+        more = [name for name in worth_refitting(alone, alone) if name in found.effects]
+        more = [name for name in more[:NEAR] if not _twins(found, names, name)]
+        refits |= turn.refits([n for n in more if n not in refits], _best(refits), turn.near)
     for _ in range(MOST if refits else 0):
         evidence = said().evidence
         first = max(evidence, key=lambda name: evidence[name])
         if first in refits or evidence[first] <= 0.0:
             break
-        leads = (lead_of(name, one) for name, one in refits.items())
-        refits |= turn.refits([first], max(leads, key=lambda one: one.height))
+        refits |= turn.refits([first], _best(refits))
     return said(), refits
+
+
+def _best(refits: Mapping[str, Refit]) -> Lead:
+    """The lead of the best fit so far."""
+    leads = (lead_of(name, one) for name, one in refits.items())
+    return max(leads, key=lambda one: one.height, default=NO_LEAD)
 
 
 def changed(found: Explained, fitted: Mapping[str, float]) -> dict[str, float]:

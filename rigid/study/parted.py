@@ -6,7 +6,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from rigid.discovery.workflow import Running, Turn, first_turn, tied
+from rigid.discovery.turn import Running, Turn, first_turn
+from rigid.discovery.workflow import tied
 from rigid.effects import AbstractEffect
 from rigid.io.cli import Options
 from rigid.io.errors import InputError
