@@ -2,9 +2,9 @@
 
 A model that lacks something leaves the priors for want of it: friction whose memory is five prior
 sds too long stands for a return spring. Around such a fit the missing effect explains little, since
-what it would explain has been explained away, and others explain more. So the numbers that have gone too
-far are held at the centres of their priors, the others are fitted anew, and what explains most of
-what is then left over is fitted in full beside what explains most around the fit itself.
+what it would explain has been explained away, and others explain more. So the numbers that have
+gone too far are held at the centres of their priors, the others are fitted anew, and what explains
+most of what is then left over is fitted in full beside what explains most around the fit itself.
 """
 
 import dataclasses
