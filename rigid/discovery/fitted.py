@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Iterable
 
 from rigid.effects import AbstractEffect
-from rigid.localfit.families import Family, families, holding
+from rigid.localfit.families import Family, narrow
 from rigid.localfit.local import LocalFit
 
 
@@ -19,9 +19,5 @@ class Fitted:
     programs: tuple[Family, ...]
 
     def program(self, effects: Iterable[type[AbstractEffect]]) -> Family:
-        """Return the program that holds all of some effects; if none does, one is compiled."""
-        wanted = tuple(effects)
-        try:
-            return holding(self.programs, wanted)
-        except KeyError:
-            return families(self.local.layout.problem, wanted, together=True)[0]
+        """Return the program in which a fit with some effects costs least."""
+        return narrow(self.programs, self.local.layout.problem, effects)

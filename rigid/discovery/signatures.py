@@ -11,7 +11,6 @@ from rigid.discovery.periodic import Line, lines
 from rigid.discovery.pickup import picked_up
 from rigid.discovery.unmodelled import SORTS
 from rigid.discovery.unmodelled.base import AbstractHidden, Bumps, none, together
-from rigid.effects import AbstractEffect
 from rigid.effects.placed import origin
 from rigid.io.cache import Shelf
 from rigid.localfit.candidates import EVENT, Candidate, candidates, events, onsets
@@ -46,9 +45,9 @@ class Bench:
         return Traces(self.signatures, timed, wanders)
 
 
-def _top(fit: Fitted, effect: type[AbstractEffect]) -> float:
+def _top(fit: Fitted) -> float:
     """Greatest pressure [Pa] that a fit expects in any record, told by a gauge or not."""
-    groups = read(fit.program([effect]), lanes_of(fit.local, {}, 1))
+    groups = read(fit.programs[0], lanes_of(fit.local, {}, 1))
     return max(float(g["pressure"].max()) for g in groups if "pressure" in g)
 
 
@@ -73,7 +72,7 @@ def laid_out(fit: Fitted, effects: Effects, shelf: Shelf) -> Bench:
     rest = [e for e in effects if e not in (*beating, *timed, *late)]
     spread = candidates(rest, SHAPES, given)
     spread += tuple(one for e in timed for one in events(e, base.layout.problem.tracks, given))
-    spread += tuple(one for e in late for one in onsets(e, _top(fit, e), given))
+    spread += tuple(one for e in late for one in onsets(e, _top(fit), given))
 
     def make() -> tuple[np.ndarray, dict[str, Line], Bumps]:
         hidden = hidden_signatures(fit, SORTS.values())

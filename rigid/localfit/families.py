@@ -1,10 +1,10 @@
 """Programs that hold many effects at once, each absent until its amplitude says otherwise.
 
-Compiling a rig anew for every candidate would take longer than all else. So the records are
-simulated by few programs: one with every steady effect and the hidden forces and flows, one with
-those of them that hardly cost time, in which most fits are led to their optima, one with all others
-that have no state of their own, and one for each law of dry friction. Effects that are not asked
-for stand at the value at which they are absent.
+Compiling a rig anew for every candidate would take longer than all else. So what all of them would
+leave is simulated by few programs: one with every steady effect and the hidden forces and flows,
+one with those of them that hardly cost time, one with all others that have no state of their own,
+and one for each law of dry friction. Effects that are not asked for stand at the value at which
+they are absent. Fits take many turns, and are led to their optima in narrower programs.
 """
 
 import dataclasses
@@ -35,6 +35,9 @@ Parts = tuple[dict[str, Array], ...]
 LANES = 16
 """Simulations side by side in one program; a sweep of more takes several turns. A turn of steady
 effects with derivatives takes a third of one of 32, a turn of others as long as one of 8."""
+WIDER = 24
+"""Simulations side by side where there are more than LANES of a rig that is not steady, and one
+turn does: it takes 1.4 times one of LANES."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -59,8 +62,13 @@ class Family:
 
     @property
     def lanes(self) -> int:
-        """Simulations side by side."""
+        """Simulations side by side where there are enough."""
         return LANES if self.width is None else self.width
+
+    def side_by_side(self, lanes: int) -> int:
+        """Simulations side by side where so many are asked for."""
+        wider = self.width is None and not self.steady and LANES < lanes <= WIDER
+        return WIDER if wider else self.lanes
 
     def over(self, problem: Problem, kinds: Container[str] | None = None) -> "Family":
         """Return the program of the same effects for other records of the same model.
@@ -112,6 +120,24 @@ def _family(problem: Problem, effects: Effects) -> Family:
     quiet = {label: value for effect in effects for label, value in quiet_values(effect).items()}
     quiet |= dict.fromkeys(of_all(effects, problem.tracks), 0.0)
     return Family(effects, tuple(groups), quiet)
+
+
+def narrow(
+    found: tuple[Family, ...], problem: Problem, effects: Iterable[type[AbstractEffect]]
+) -> Family:
+    """Return the program in which a fit with some effects costs least.
+
+    - `found`: by `families`. - `problem`: the model without them.
+
+    The step matrices of a rig cost the third power of its states: with nine effects that have some
+    a turn takes five times as long as with any one of them.
+    """
+    wanted, light = tuple(effects), found[0].effects
+    if set(wanted) <= set(light):
+        return found[0]
+    if all(e.steady for e in wanted):
+        return _family(problem, tuple(dict.fromkeys(light + wanted)))
+    return _family(problem, wanted)
 
 
 def holding(found: tuple[Family, ...], effects: Iterable[type[AbstractEffect]]) -> Family:
@@ -168,9 +194,9 @@ def sweep(
     none = np.zeros(len(next(iter(values.values()))))
     along = {k: tangents.get(k, none) for k in (*family.quiet, *values)}
 
-    def one(number: int, here: dict[str, Array], mine: np.ndarray) -> Parts:
+    def one(number: int, here: dict[str, Array], mine: np.ndarray, width: int) -> Parts:
         group = family.groups[number]
-        inputs, moving = _moving(family.groups, here, _cut(along, mine, family.lanes))
+        inputs, moving = _moving(family.groups, here, _cut(along, mine, width))
         read, slopes = _swept(group.grid, inputs[number], moving[number])
         return group.own(read), group.own(slopes)
 
@@ -188,7 +214,7 @@ def read(
       takes where a rig is not steady.
     """
 
-    def one(number: int, here: dict[str, Array], _: np.ndarray) -> Parts:
+    def one(number: int, here: dict[str, Array], *_: object) -> Parts:
         group = family.groups[number]
         return (group.own(_read(group.grid, _inputs(family.groups, here)[number])),)
 
@@ -199,13 +225,15 @@ def _in_turns(
     family: Family,
     values: Mapping[str, np.ndarray],
     acts: Mapping[str, np.ndarray] | None,
-    simulate: Callable[[int, dict[str, Array], np.ndarray], Parts],
+    simulate: Callable[[int, dict[str, Array], np.ndarray, int], Parts],
 ) -> list[tuple[dict[str, np.ndarray], ...]]:
     """What `simulate` gives of every group for the lanes that are asked for, 0 for all others.
 
-    - `simulate`: takes the number of a group, values in some lanes, and the numbers of these.
+    - `simulate`: takes the number of a group, values in some lanes, the numbers of these, and to
+      how many lanes they are filled up.
     """
-    width, lanes = family.lanes, len(next(iter(values.values())))
+    lanes = len(next(iter(values.values())))
+    width = family.side_by_side(lanes)
     every = {k: np.full(lanes, v) for k, v in family.quiet.items()} | dict(values)
     asked = [
         np.flatnonzero(np.ones(lanes) if acts is None else acts[group.tracks[0].kind])
@@ -219,7 +247,7 @@ def _in_turns(
 
     def one(job: tuple[int, np.ndarray]) -> tuple[dict[str, np.ndarray], ...]:
         number, mine = job
-        here = simulate(number, _cut(every, mine, width), mine)
+        here = simulate(number, _cut(every, mine, width), mine, width)
         return jax.tree.map(lambda a: np.asarray(a)[..., : len(mine)], here)
 
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
