@@ -3,9 +3,11 @@
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from test_screening import campaign
+from rigs import BASE, drive, effects, parameters, track
 
 from rigid.effects import CATALOGUE
+from rigid.likelihood.groups import SlowGroup
+from rigid.likelihood.problem import Problem
 from rigid.localfit.families import LANES, WIDER, families, holding, narrow, read
 
 LIGHT, LATE, GAUGE, AIR = (
@@ -16,7 +18,10 @@ LIGHT, LATE, GAUGE, AIR = (
 
 @pytest.fixture(scope="module")
 def problem():
-    return campaign(31)
+    """The model of a free run, of which nothing was read."""
+    run = track("run-1,A", "free-run", 500, drive=drive(500, (0.5, 3.0), (0, 1, 0)))
+    groups = (SlowGroup((run,), effects(BASE)),)
+    return Problem(effects(BASE), parameters({}), groups, ())
 
 
 @pytest.fixture(scope="module")
@@ -49,6 +54,7 @@ def test_a_narrow_program_reads_what_a_wide_one_does(problem, programs, effect):
     """To 1e-9 of the reading, rounding apart; the effect moves it, or nothing would be compared."""
     (amplitude,) = effect.labels()
     values = problem.parameters.values(jnp.zeros((1, problem.parameters.size)))
+    values = values | {"kappa[run-1,A]": 0.2}
     lanes = {k: np.broadcast_to(np.asarray(v), LANES + 2) for k, v in values.items()}
     lanes[amplitude] = np.linspace(0.0, 0.02, LANES + 2)
     wide = read(holding(programs, (effect,)), lanes)
