@@ -129,8 +129,8 @@ def narrow(
 
     - `found`: by `families`. - `problem`: the model without them.
 
-    The step matrices of a rig cost the third power of its states: with all that
-    have one a turn takes five times as long as with any one of them.
+    Step matrices cost the third power of a rig's states. With all steady effects that add states a
+    turn takes five times as long as with one of them.
     """
     wanted, light = tuple(effects), found[0].effects
     if set(wanted) <= set(light):
