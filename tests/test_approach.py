@@ -50,7 +50,7 @@ def test_the_steady_part_of_a_rig_has_all_but_what_makes_it_unsteady(tmp_path: P
     assert set(rig) < set(whole)
     angles = {label for label in whole if label.startswith("pump_angle")}
     assert len(angles) == 6
-    assert set(whole) - set(rig) == {"F_C", "ripple", "f_ripple", *angles}
+    assert set(whole) - set(rig) == {"F_C", "presliding", "ripple", "f_ripple", *angles}
 
 
 @pytest.mark.parametrize(

@@ -42,7 +42,7 @@ def test_the_rig_as_a_machine_takes_the_rigs_own_steps():
     values = dict(NOMINAL) | {
         "mass[barrel]": NOMINAL["M_HC"] - NOMINAL["M_Pl"],
         "mass[plunger]": NOMINAL["M_Pl"] + 0.5 * NOMINAL["M_Fl"],
-        "area[A]": NOMINAL["S_Pl"], "column[A]": NOMINAL["L_0"], "presliding": 2e-5,
+        "area[A]": NOMINAL["S_Pl"], "column[A]": NOMINAL["L_0"],
     }  # fmt: skip
     wide = {n: jnp.asarray([values[n]]) for n in numbers(here, layout)}
     channels = tuple(Channel(q, "A") for q in QUANTITIES)

@@ -368,8 +368,8 @@ def test_release_follows_the_reference(name: str, values: dict):
 @pytest.mark.parametrize(
     ("name", "shape"),
     [
-        ("coulomb-friction", {}),
-        ("stribeck-friction", {"excess": 0.5, "speed": 2e-3}),
+        ("coulomb-friction", {"bending": 2e-5}),
+        ("stribeck-friction", {"excess": 0.5, "speed": 2e-3, "bending": 2e-5}),
         ("lugre-friction", {"excess": 0.5, "speed": 2e-3, "bending": 1e-4, "delay": 2e-3}),
     ],
 )

@@ -69,7 +69,7 @@ def test_kinds_share_a_program_and_without_the_cut_they_do_not():
 )
 def test_taking_turns_changes_no_reading(names):
     """Interpolation nodes follow the strokes of a turn: readings move, by less than is seen."""
-    given = values() | {"F_C": jnp.full(2, 300.0)}
+    given = values() | {"F_C": jnp.full(2, 300.0), "presliding": jnp.full(2, 2e-5)}
     groups = grouped(names)
     each = predictions(groups, [given] * len(groups))
     for group, found in zip(groups, each, strict=True):

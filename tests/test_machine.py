@@ -117,13 +117,11 @@ def test_the_papers_rig_is_one_joint():
 
 def test_a_march_agrees_with_diffrax_where_bristles_slide():
     """Dry friction that turns over, a spring, a force that goes to and fro."""
-    values = {"k_spring[s]": 4e4, "F_C[s]": 30.0, "mu[s]": 20.0}
+    values = {"k_spring[s]": 4e4, "F_C[s]": 30.0, "presliding[s]": 2e-5, "mu[s]": 20.0}
     wide = {name: jnp.asarray([value, 1.3 * value]) for name, value in values.items()}
     names = "joint-spring", "coulomb-friction", "viscous-friction"
     here = tuple(placed(CATALOGUE[name], "s").build(wide) for name in names)
-    machine = Machine(
-        (jnp.asarray(2.0),), (Joint((0.0,), (1.0,), None, None, here),), 2e-5, (False,)
-    )
+    machine = Machine((jnp.asarray(2.0),), (Joint((0.0,), (1.0,), None, None, here),), (False,))
     force = 60.0 * np.sin(2 * np.pi * 3.0 * np.arange(101) * 0.005)
     ramps = np.linspace(force[:-1], force[1:], 9, axis=1)
     open_ = jnp.zeros((100, 8, 1, 1, 1))

@@ -13,7 +13,6 @@ import pytest
 
 import rigid
 from rigid.effects import CATALOGUE
-from rigid.effects.bristle import PRESLIDING
 from rigid.inference.derived import values_of
 from rigid.inference.posterior import load_posterior
 from rigid.inference.search import search
@@ -75,7 +74,7 @@ def built(*names: str, **values: float):
 
 
 def force(effects, along, mass: float = 0.0, area: float = 0.0) -> np.ndarray:
-    body = inverse.Body(*(jnp.asarray([x]) for x in (mass, area, PRESLIDING)), effects)
+    body = inverse.Body(*(jnp.asarray([x]) for x in (mass, area)), effects)
     return np.asarray(inverse.force(body, alone(along)))[:, 0, 0]
 
 
@@ -191,7 +190,7 @@ def test_a_bristle_bends_and_slides_as_its_closed_form():
     1e-7 m/s against 5e-3 m/s."""
     time = 1e-3 * np.arange(41)
     x = 5e-3 * np.where(time < 0.02, time, 0.04 - time)
-    got = force(built("coulomb-friction", F_C=20.0), by_hand(time, x))
+    got = force(built("coulomb-friction", F_C=20.0, presliding=PRESLIDING), by_hand(time, x))
     there = 20.0 * (1.0 - np.exp(-x[:21] / PRESLIDING))
     np.testing.assert_allclose(got[:21], there, rtol=1e-4, atol=1e-12)
     back = -20.0 + (there[-1] + 20.0) * np.exp(-(x[20] - x[20:]) / PRESLIDING)
@@ -202,7 +201,7 @@ def test_friction_of_a_seal_grows_with_pressure():
     time = 1e-3 * np.arange(400)
     pressure = np.linspace(1e5, 7e5, 400)
     along = by_hand(time, 0.02 * time, velocity=0.02, pressure=pressure)
-    got = force(built("pressure-dependent-friction", c_seal=5e-6), along)
+    got = force(built("pressure-dependent-friction", c_seal=5e-6, presliding_seal=2e-5), along)
     # Below 1e4 Pa the seal sets in; above, log(1 + exp(-p/1e4)) < 5e-5 and log 2 are what is less.
     np.testing.assert_allclose(got[20:], 5e-6 * (pressure[20:] - 1e4 * np.log(2)), rtol=2e-5)
 
@@ -212,7 +211,7 @@ def test_without_pressure_a_seal_leaves_no_trace_at_all():
     time = 1e-3 * np.arange(400)
     along = by_hand(time, 0.02 * np.sin(20 * time))
     np.testing.assert_array_equal(
-        force(built("pressure-dependent-friction", c_seal=1.0), along), 0.0
+        force(built("pressure-dependent-friction", c_seal=1.0, presliding_seal=2e-5), along), 0.0
     )
 
 
@@ -243,7 +242,10 @@ def test_a_motion_is_the_same_beside_a_longer_one():
 
 # A machine, simulated
 
-TRUTH = {"M_Pl": 12.0, "S_Pl": 5e-4, "mu": 80.0, "F_C": 6.0}
+PRESLIDING = 2e-5
+"""Bending [m] of the bristles that are simulated here."""
+
+TRUTH = {"M_Pl": 12.0, "S_Pl": 5e-4, "mu": 80.0, "F_C": 6.0, "presliding": PRESLIDING}
 FACTORS = {"M_Pl": 2.0, "mu": 5.0, "F_C": 4.0}  # of their priors, below
 NOISE = 2.0
 SPEC = """title = "A cart, simulated"
@@ -321,7 +323,9 @@ def best_fit(path: Path):
 
 def test_a_simulated_machine_is_found_again(tmp_path):
     found, values, off = best_fit(cart(tmp_path, '["viscous-friction", "coulomb-friction"]'))
-    assert found.problem.parameters.labels == ("M_Pl", "S_Pl", "mu", "F_C", "noise[force,A]")
+    assert found.problem.parameters.labels == (
+        "M_Pl", "S_Pl", "mu", "F_C", "presliding", "noise[force,A]",
+    )  # fmt: skip
     assert not found.problem.of_the_rig
     assert set(off) == set(FACTORS)
     assert max(map(abs, off.values())) < 4.0, off
@@ -388,7 +392,7 @@ def test_the_command_fits_a_machine_that_is_no_rig(tmp_path):
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     result = json.loads((tmp_path / "out" / "result.json").read_text("utf-8"))
-    assert set(result["parameters"]) == {"M_Pl", "S_Pl", "mu", "F_C", "noise[force,A]"}
+    assert set(result["parameters"]) == {*TRUTH, "noise[force,A]"}
     for label, truth in TRUTH.items():
         row = result["parameters"][label]
         assert row["published"] is None
@@ -398,7 +402,7 @@ def test_the_command_fits_a_machine_that_is_no_rig(tmp_path):
         posterior["posterior"].to_dataset()
     )
     assert not {"mu_omega", "k_LC"} & set(posterior["posterior"].to_dataset())
-    assert set(posterior["constant_data"].to_dataset()) == {"presliding"}
+    assert not posterior["constant_data"].to_dataset()
     page = (tmp_path / "out" / "index.html").read_text("utf-8")
     for there in ("mass of the cart", "simulated", "Record to-and-fro"):
         assert there in page

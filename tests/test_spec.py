@@ -90,8 +90,7 @@ def test_the_rig_of_the_contract(write):
         assert relative(getattr(rig, name)) == pytest.approx(share / 100)
     assert rig.frame_stiffness.value == pytest.approx(2 * 200e9 * 0.25 * 0.006 / 2.1)
     assert relative(rig.frame_stiffness) == pytest.approx(0.03)
-    assert rig.presliding == Known(value=2e-5)
-    known = {"M_HC", "M_Pl", "M_Fl", "S_Pl", "k_oil", "L_0", "p_max", "presliding", "k_frame"}
+    known = {"M_HC", "M_Pl", "M_Fl", "S_Pl", "k_oil", "L_0", "p_max", "k_frame"}
     assert set(rig.known) == known
 
 

@@ -10,7 +10,6 @@ import jax.numpy as jnp
 from jax import Array
 from jax.typing import ArrayLike
 
-from rigid.effects.bristle import PRESLIDING
 from rigid.effects.declare import ParameterInfo
 from rigid.kinds import KINDS
 
@@ -42,7 +41,6 @@ class State(NamedTuple):
     - `contact_stiffness` [N/m]: of the frame in the plunger's way, 0 where it is free.
     - `flow_fraction` [-]: what the valve passes. - `time` [s]: since the record began, or since
       the release.
-    - `presliding` [m]: bending at which a stiff bristle slides.
     - `pump_angle` [rad]: by which the pump's beat was ahead when the record began.
     """
 
@@ -58,7 +56,6 @@ class State(NamedTuple):
     contact_stiffness: Array | float = 0.0
     flow_fraction: Array | float = 0.0
     time: Array | float = 0.0
-    presliding: Array | float = PRESLIDING
     pump_angle: Array | float = 0.0
 
     @property

@@ -15,11 +15,6 @@ from jax.typing import ArrayLike
 
 from rigid.effects.declare import any_size, lognormal, parameter
 
-PRESLIDING = 2e-5
-"""Bending [m] at which a stiff bristle slides where a spec does not say: a tenth of a step of the
-rig's stroke sensor, so that on record the plunger sticks or slides, with nothing to be seen
-between."""
-
 SPEED_ROUNDING = 1e-7
 """Speed [m/s] below which |v| is rounded off, so that it has a derivative at rest; a plunger that
 slides on record is ten thousand times as fast."""
@@ -55,6 +50,21 @@ def sliding_force() -> Any:
         any_size(500.0),
         meaning="dry friction while sliding",
         absent=0.0,
+    )
+
+
+def sliding_bending(name: str = "presliding", symbol: str = r"z_\mathrm{C}") -> Any:
+    """Declare how far a stiff bristle bends before it slides.
+
+    Below what a stroke sensor of 0.2 mm resolves; in a release it is a spring beside the load
+    cell's, and so it matters there whether it is one micrometre or twenty.
+    """
+    return parameter(
+        name,
+        symbol,
+        "m",
+        lognormal(1e-5, 4.0),
+        meaning="bending at which dry friction slides",
     )
 
 

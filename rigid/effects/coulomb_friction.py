@@ -5,7 +5,7 @@ from typing import ClassVar
 from jax import Array
 
 from rigid.effects.base import AbstractEffect, Action, State
-from rigid.effects.bristle import share_rate, sliding_force
+from rigid.effects.bristle import share_rate, sliding_bending, sliding_force
 
 
 class CoulombFriction(AbstractEffect):
@@ -17,6 +17,7 @@ class CoulombFriction(AbstractEffect):
     """
 
     force: Array = sliding_force()
+    bending: Array = sliding_bending()
 
     name: ClassVar[str] = "coulomb-friction"
     equation: ClassVar[str] = "plunger-momentum"
@@ -29,5 +30,5 @@ class CoulombFriction(AbstractEffect):
         """Return the force of the bristle and the rate at which it bends."""
         (share,) = own
         return Action(
-            between=-self.force * share, rates=(share_rate(share, state.slip, state.presliding),)
+            between=-self.force * share, rates=(share_rate(share, state.slip, self.bending),)
         )

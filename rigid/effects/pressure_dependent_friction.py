@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from rigid.effects.base import AbstractEffect, Action, State
-from rigid.effects.bristle import share_rate
+from rigid.effects.bristle import share_rate, sliding_bending
 from rigid.effects.declare import any_size, parameter
 
 LEAST_PRESSURE = 1e4
@@ -39,6 +39,7 @@ class PressureDependentFriction(AbstractEffect):
         meaning="seal friction per pressure",
         absent=0.0,
     )
+    bending: Array = sliding_bending("presliding_seal", r"z_\mathrm{seal}")
 
     name: ClassVar[str] = "pressure-dependent-friction"
     equation: ClassVar[str] = "plunger-momentum"
@@ -51,6 +52,4 @@ class PressureDependentFriction(AbstractEffect):
         """Return the force of the bristle and the rate at which it bends."""
         (share,) = own
         limit = self.coefficient * pressing(state.pressure)
-        return Action(
-            between=-limit * share, rates=(share_rate(share, state.slip, state.presliding),)
-        )
+        return Action(between=-limit * share, rates=(share_rate(share, state.slip, self.bending),))

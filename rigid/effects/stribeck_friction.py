@@ -7,6 +7,7 @@ from jax import Array
 from rigid.effects.base import AbstractEffect, Action, State
 from rigid.effects.bristle import (
     share_rate,
+    sliding_bending,
     sliding_force,
     stribeck_excess,
     stribeck_limit,
@@ -24,6 +25,7 @@ class StribeckFriction(AbstractEffect):
     force: Array = sliding_force()
     excess: Array = stribeck_excess()
     speed: Array = stribeck_speed()
+    bending: Array = sliding_bending()
 
     name: ClassVar[str] = "stribeck-friction"
     equation: ClassVar[str] = "plunger-momentum"
@@ -36,5 +38,5 @@ class StribeckFriction(AbstractEffect):
         """Return the force of the bristle and the rate at which it bends."""
         (share,) = own
         limit = stribeck_limit(state.slip, self.excess, self.speed)
-        rate = share_rate(share, state.slip, state.presliding, limit)
+        rate = share_rate(share, state.slip, self.bending, limit)
         return Action(between=-self.force * share, rates=(rate,))

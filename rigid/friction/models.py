@@ -4,8 +4,8 @@ They are compared in the rig, or at one joint of a machine that the spec puts to
 
 All stand on viscous friction. Dry friction comes beside what the spec's model has of it: a constant
 coefficient, or one with memory where the spec names `frequency-dependent-friction`. One program
-simulates all of dry friction: Stribeck's model is that of bristles of the rig's presliding bending
-without damping, Coulomb's is Stribeck's without excess.
+simulates all of dry friction: Stribeck's model is that of bristles without damping, whose bending
+is that of stiff ones, Coulomb's is Stribeck's without excess.
 """
 
 import dataclasses
@@ -15,7 +15,6 @@ from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.io.errors import InputError
 from rigid.likelihood.machine import placed_in
 from rigid.likelihood.priors import AbstractPrior
-from rigid.likelihood.problem import Problem
 from rigid.localfit.candidates import priors_of, quiet_values
 from rigid.spec import Spec
 from rigid.spec.machine import MachineSpec
@@ -24,6 +23,8 @@ from rigid.spec.sentences import unknown
 VISCOUS, MEMORY = "viscous-friction", "frequency-dependent-friction"
 COULOMB, STRIBECK = "coulomb-friction", "stribeck-friction"
 BRISTLES, SEAL = "lugre-friction", "pressure-dependent-friction"
+BENDING, PRESLIDING = "z_bristle", "presliding"
+"""Bending at which bristles slide, of those that bend visibly and of stiff ones."""
 NAMES = (VISCOUS, MEMORY, COULOMB, STRIBECK, BRISTLES, SEAL)
 WORDS = {
     VISCOUS: "constant viscous",
@@ -103,14 +104,17 @@ class FrictionModel:
 
     - `name`: that of its effect. - `memory`: whether a coefficient with memory is part of it.
     - `dry`: what stands for it in the program of dry friction, None for viscous models.
-    - `held`: numbers of the program, by label, that the model has at a value. - `place`: where it
-      acts.
+    - `held`: numbers of the program, by label, that the model has at a value. - `given`: priors of
+      numbers of the program that are the model's own. - `calls`: what the model calls numbers that
+      the program has under another label. - `place`: where it acts.
     """
 
     name: str
     memory: bool
     dry: type[AbstractEffect] | None = None
     held: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    given: Mapping[str, AbstractPrior] = dataclasses.field(default_factory=dict)
+    calls: Mapping[str, str] = dataclasses.field(default_factory=dict)
     place: Place = Place()
 
     @property
@@ -169,25 +173,37 @@ def _rubbing(effects: tuple[str, ...], names: tuple[str, ...]) -> tuple[str, ...
     return tuple(dict.fromkeys((*kept, *names)))
 
 
-def models(spec: Spec, problem: Problem, place: Place) -> tuple[FrictionModel, ...]:
-    """List the models for a spec, the simplest first; `problem` is that of `without_friction`."""
+def models(
+    spec: Spec, given: Mapping[str, AbstractPrior], place: Place
+) -> tuple[FrictionModel, ...]:
+    """List the models for a spec, the simplest first.
+
+    - `given`: priors that go before the effects' own, by label.
+    """
     memory = MEMORY in place.named(spec)
     still = quiet_values(place.effect(MEMORY))
     none = {} if memory else still
-    numbers = (*problem.parameters.sampled, *problem.parameters.known)
-    bending = next(p for p in numbers if p.label == "presliding")
-    stiff = {"z_bristle": float(bending.prior.from_standard(0.0)), "bristle_time": 0.0}
-    plain = stiff | {"stribeck_excess": 0.0, "v_stribeck": 1.0}
+    bending = place.label(PRESLIDING)
+    stiff = priors_of(place.effect(COULOMB), given)[bending][1]
 
     def dry(name: str, program: str, held: Mapping[str, float]) -> FrictionModel:
         fixed = none | {place.label(number): value for number, value in held.items()}
-        return FrictionModel(name, memory, place.effect(program), fixed, place)
+        return FrictionModel(name, memory, place.effect(program), fixed, place=place)
 
+    def of_bristles(name: str, held: Mapping[str, float]) -> FrictionModel:
+        """A model of stiff bristles in the program of those that bend."""
+        model, own = dry(name, BRISTLES, held), place.label(BENDING)
+        if stiff.known:
+            fixed = dict(model.held) | {own: float(stiff.from_standard(0.0))}
+            return dataclasses.replace(model, held=fixed)
+        return dataclasses.replace(model, given={own: stiff}, calls={own: bending})
+
+    undamped = {"bristle_time": 0.0}
     return (
-        FrictionModel(VISCOUS, False, None, still, place),
+        FrictionModel(VISCOUS, False, None, still, place=place),
         FrictionModel(MEMORY, True, place=place),
-        dry(COULOMB, BRISTLES, plain),
-        dry(STRIBECK, BRISTLES, stiff),
+        of_bristles(COULOMB, undamped | {"stribeck_excess": 0.0, "v_stribeck": 1.0}),
+        of_bristles(STRIBECK, undamped),
         dry(BRISTLES, BRISTLES, {}),
         *((dry(SEAL, SEAL, {}),) if place.oil else ()),
     )

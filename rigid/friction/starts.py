@@ -22,7 +22,7 @@ from rigid.localfit.signature import reads
 
 LEVELS = (-2.5, 0.0)
 """Quantiles of an amplitude's prior at which records are simulated; else it is in proportion."""
-SHAPES = {0: 1, 2: 2, 4: 3}
+SHAPES = {0: 1, 1: 2, 2: 2, 3: 3, 4: 3}
 """Settings of the rest of a model's numbers, by how many there are."""
 BRANCH = "mu_branch"
 """Name of the branches' friction."""
@@ -76,7 +76,7 @@ def searched_start(base: LocalFit, model: FrictionModel, numbers: Mapping[str, f
     hypothesis = of_law(base.hypothesis, model)
     w = np.zeros(hypothesis.size)
     for i, label in enumerate(hypothesis.labels):
-        w[i] = numbers.get(label, 0.0)
+        w[i] = numbers.get(model.calls.get(label, label), 0.0)
     return Point(hypothesis, base.layout, w, np.zeros_like(base.z_noise))
 
 
@@ -115,7 +115,8 @@ def constant_starts(memory: LocalFit, model: FrictionModel) -> list[Point]:
 def of_law(base: Hypothesis, model: FrictionModel) -> Hypothesis:
     """The hypothesis of a model of dry friction, from that of the model without any."""
     assert model.dry is not None
-    return dataclasses.replace(base, added=(model.dry,), held=dict(base.held) | dict(model.held))
+    held, given = dict(base.held) | dict(model.held), dict(base.given) | dict(model.given)
+    return dataclasses.replace(base, added=(model.dry,), held=held, given=given)
 
 
 def dry_starts(

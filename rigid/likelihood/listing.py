@@ -38,7 +38,6 @@ RIG_SYMBOLS = {
     "k_frame": (r"k_\mathrm{frame}", "N/m"),
     "k_oil": (r"k_\mathrm{oil}", "Pa"),
     "p_max": (r"p_\mathrm{max}", "Pa"),
-    "presliding": (r"z_\mathrm{C}", "m"),
 }
 
 KAPPA_PRIOR = declare.lognormal(0.2, 3.0)
@@ -50,8 +49,8 @@ Effects = Iterable[type[AbstractEffect]]
 
 ANY_ANGLE = declare.uniform(-math.pi, math.pi)
 
-MOTION_CONSTANTS = ("M_Pl", "S_Pl", "presliding")
-"""Constants of one body: its mass, the area that a pressure acts on, where bristles slide."""
+MOTION_CONSTANTS = ("M_Pl", "S_Pl")
+"""Constants of one body: its mass, the area that a pressure acts on."""
 
 NOISE_FACTOR = 1.5
 """The sheet gives the noise of one sample as 'about' so much."""
@@ -142,8 +141,8 @@ def _constants(spec: Spec, tracks: tuple[Track, ...]) -> Iterator[Parameter]:
     if spec.machine is not None:
         for place, name, symbol, unit, value in constants(spec.machine):
             prior = _described(declare.normal(value.value, value.sd), f"{spec.path} [machine]")
-            label, places = (f"{name}[{place}]", (place,)) if place else (name, ())
-            yield Parameter(label, at(symbol, place), unit, prior, name=name, places=places)
+            label = f"{name}[{place}]"
+            yield Parameter(label, at(symbol, place), unit, prior, name=name, places=(place,))
         return
     known = dict(spec.rig.known)
     if not of_the_rig(tracks):

@@ -14,8 +14,6 @@ from rigid.physics.machine import Joint, Machine
 from rigid.spec.base import Known
 from rigid.spec.machine import MachineSpec
 
-PRESLIDING = "presliding"
-
 
 @dataclasses.dataclass(frozen=True)
 class Coordinate:
@@ -97,7 +95,6 @@ class Layout:
         return Machine(
             tuple(jnp.asarray(values[c.inertia]) for c in self.coordinates),
             tuple(joints),
-            jnp.asarray(values[PRESLIDING]),
             tuple(bool(c.axis) for c in self.coordinates),
         )
 
@@ -191,7 +188,7 @@ def scales_of(spec: MachineSpec) -> Scales:
 
 
 def constants(spec: MachineSpec) -> Iterator[tuple[str, str, str, str, Known]]:
-    """What a machine is made of: body or joint, name, TeX, unit and value; "" is the whole."""
+    """What a machine is made of: body or joint, name, TeX, unit and value."""
     for name, body in spec.bodies.items():
         yield name, "mass", r"M", "kg", body.mass
         for axis, inertia in zip("xy", body.inertia or (), strict=False):
@@ -201,4 +198,3 @@ def constants(spec: MachineSpec) -> Iterator[tuple[str, str, str, str, Known]]:
             yield name, "area", r"S", "m^2", joint.area
         if joint.column is not None:
             yield name, "column", r"L_0", "m", joint.column
-    yield "", PRESLIDING, r"z_\mathrm{C}", "m", spec.presliding

@@ -74,22 +74,19 @@ def together(runs: list[Along]) -> Along:
 class Body(eqx.Module):
     """What moves; each (walkers,).
 
-    - `mass` [kg]. - `area` [m^2]: that the pressure acts on. - `presliding` [m]: bending at which a
-      stiff bristle slides. - `effects`: what acts on it.
+    - `mass` [kg]. - `area` [m^2]: that the pressure acts on. - `effects`: what acts on it.
     """
 
     mass: Array
     area: Array
-    presliding: Array
     effects: tuple[AbstractEffect, ...]
 
 
 def build_body(effects: tuple[type[AbstractEffect], ...], values: Mapping[str, Array]) -> Body:
-    """Make a body from flat values: `M_Pl`, `S_Pl`, `presliding` and the effects'."""
+    """Make a body from flat values: `M_Pl`, `S_Pl` and the effects'."""
     return Body(
         mass=jnp.asarray(values["M_Pl"]),
         area=jnp.asarray(values["S_Pl"]),
-        presliding=jnp.asarray(values["presliding"]),
         effects=tuple(effect.build(values) for effect in effects),
     )
 
@@ -131,7 +128,6 @@ def _states(body: Body, along: Along) -> State:
         column=still,
         area=body.area,
         time=time[..., None],
-        presliding=body.presliding,
     )
 
 

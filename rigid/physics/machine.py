@@ -97,12 +97,10 @@ class Machine(eqx.Module):
     """Bodies and joints.
 
     - `inertias`: mass [kg] or moment of inertia [kg m^2] of each coordinate.
-    - `presliding` [m]: bending at which a stiff bristle slides.
     """
 
     inertias: tuple[Array, ...]
     joints: tuple[Joint, ...]
-    presliding: Array = eqx.field(converter=jnp.asarray)
     tilts: tuple[bool, ...] = eqx.field(static=True)
 
     @property
@@ -181,7 +179,6 @@ class Machine(eqx.Module):
             area=0.0 if joint.area is None else joint.area,
             flow_fraction=drive.flow[number],
             time=drive.time,
-            presliding=self.presliding,
         )
         actions = [e(state, own) for e, own in zip(joint.effects, parted, strict=True)]
         held = sum((a.load_cell for a in actions), start=0.0)

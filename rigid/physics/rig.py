@@ -8,7 +8,6 @@ import jax.numpy as jnp
 from jax import Array
 
 from rigid.effects.base import AbstractEffect, Action, Distortion, Seen, State, Strap
-from rigid.effects.bristle import PRESLIDING
 
 CORE_SCALES = (1e-4, 1e-1, 1e-4, 1e-1, 1e6)
 """Typical size of x_HC [m], v_HC [m/s], x_Pl [m], v_Pl [m/s] and p [Pa] in this rig."""
@@ -22,6 +21,7 @@ class Surroundings(NamedTuple):
     - `flow_fraction` [-]: kappa, what the valve passes of the pump's flow; negative to the tank.
     - `time` [s]: since the record began, or since the release.
     - `pump_angle` [rad]: by which the pump's beat was ahead then.
+    - `between` [N]: pushes plunger and cylinder apart beside what the effects do.
     """
 
     contact_stiffness: Array | float = 0.0
@@ -29,6 +29,7 @@ class Surroundings(NamedTuple):
     flow_fraction: Array | float = 0.0
     time: Array | float = 0.0
     pump_angle: Array | float = 0.0
+    between: Array | float = 0.0
 
 
 FREE = Surroundings()
@@ -60,7 +61,6 @@ class Rig(eqx.Module):
     - `area`: S_Pl [m^2].
     - `column`: L_0, the oil column at zero stroke [m].
     - `effects`: what acts on the rig.
-    - `presliding`: bending [m] at which a stiff bristle slides.
     """
 
     cylinder_mass: Array
@@ -68,7 +68,6 @@ class Rig(eqx.Module):
     area: Array
     column: Array
     effects: tuple[AbstractEffect, ...]
-    presliding: Array | float = PRESLIDING
 
     @property
     def scales(self) -> tuple[float, ...]:
@@ -102,8 +101,7 @@ class Rig(eqx.Module):
         x_root, v_root = next((r for r in roots if r is not None), (0.0, 0.0))
         return State(
             x_hc, v_hc, x_pl, v_pl, pressure, column, x_root, v_root, self.area,
-            outside.contact_stiffness, outside.flow_fraction, outside.time,
-            self.presliding, outside.pump_angle,
+            outside.contact_stiffness, outside.flow_fraction, outside.time, outside.pump_angle,
         )  # fmt: skip
 
     def actions(self, flat: Array | tuple, state: State) -> list[Action]:
@@ -123,7 +121,7 @@ class Rig(eqx.Module):
         state = self.state(flat, column, outside)
         actions = self.actions(flat, state)
         inflow, compliance = self._oil(actions, state)
-        between = self.area * state.pressure + sum(a.between for a in actions)
+        between = self.area * state.pressure + outside.between + sum(a.between for a in actions)
         load = sum(a.load_cell for a in actions)
         external = (
             outside.force
@@ -193,7 +191,6 @@ def build_rig(
 ) -> Rig:
     """Make a rig from flat values: masses `M_HC`, `M_Pl`, `M_Fl`, `S_Pl`, `L_0` and the effects'.
 
-    `presliding` may be left out, as in posteriors of before it was a constant of the rig.
     Values may carry a trailing axis (walkers) as long as all broadcast.
     """
     return Rig(
@@ -202,7 +199,6 @@ def build_rig(
         area=jnp.asarray(values["S_Pl"]),
         column=jnp.asarray(values["L_0"]),
         effects=tuple(effect.build(values) for effect in effects),
-        presliding=jnp.asarray(values.get("presliding", PRESLIDING)),
     )
 
 

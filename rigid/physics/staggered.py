@@ -3,34 +3,46 @@
 A step is y + Phi(h) (f(m) - A (m - y)) with m = y + Phi(h/2) f(y), the exponential midpoint rule.
 A is the Jacobian of the rig at work (under pressure, in contact), where it is stiffest, so that Phi
 is made once a record; what an effect does beyond that is smooth over a part of a sample. Bristles
-are stiff in a way of their own, at a rate that goes with the speed: they live half a step beside
-the rest and relax exactly at the speed of the moment, so that neither a sliding nor a sticking
+are stiff in ways of their own: they relax at a rate that goes with the speed, and what they hold
+is a spring beside the rig's. A step is implicit in them alone: their mean force goes by the slip in
+its middle, and that slip by their force, one equation that falls. Neither a sliding nor a sticking
 plunger limits the step. Second order in h.
-Source: Hochbruck and Ostermann 2010, Acta Numerica 19, sec. 2.3; staggering after Stoermer-Verlet,
-Hairer, Lubich and Wanner 2003, Acta Numerica 12, 399-450.
+Sources: Hochbruck and Ostermann 2010, Acta Numerica 19, sec. 2.3; the implicit midpoint rule,
+Hairer, Lubich and Wanner 2006, Geometric Numerical Integration, II.1.
 
 Arrays carry the walkers on their last axis: every operation is elementwise over it.
 """
 
 from collections.abc import Callable, Iterable
+from functools import reduce
+from operator import add
 from typing import NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import AbstractEffect
+from rigid.effects.base import AbstractEffect, State
 from rigid.physics.delay import looks, on_record, over_step, read
 from rigid.physics.drive import Drives, Plan, plan
 from rigid.physics.release import NODE
 from rigid.physics.rest import rest_under
 from rigid.physics.rig import CORE_SCALES, FREE, Rig, Surroundings
-from rigid.physics.step_matrices import apply, mean_growth, step_matrix
+from rigid.physics.step_matrices import apply, mean_growth, ramp_growth, step_matrix
 from rigid.physics.stroke_range import Strokes, foreseen
 
-SUBSTEPS, WITH_BRISTLES, RELEASE_SUBSTEPS = 16, 24, 4
-"""Steps a sample of slow records, without and with dry friction, and of releases: 0.6, 0.4 and
-0.16 ms, where the fastest mode of the rig has 4 ms."""
+SUBSTEPS, RELEASE_SUBSTEPS, RELEASE_WITH_BRISTLES = 16, 4, 16
+"""Steps a sample of slow records, and of releases without and with dry friction: 0.6, 0.16 and
+0.04 ms, where the fastest mode of the rig has 4 ms and a load on stiff bristles one."""
+
+FAST = 10.0
+"""Slip [m/s] at which any bristle slides."""
+
+NEWTON_STEPS = 4
+"""Steps toward the slip at which bristles and rig agree. Two find it to less than any sensor sees,
+but where a plunger turns what is left of it jumps, by 2e-8 m when a bending of 1 um changes by a
+millionth: slopes by differences were rubbish. Four leave no jump."""
 
 PARTS = 4
 """Parts of a sample between which readings lie that are not those of an instant."""
@@ -39,13 +51,14 @@ AT_WORK = (-1e-3, 0.0, 1e-3, 0.0, 136e5)
 """State at which the Jacobian is taken [m, m/s, m, m/s, Pa]: 60 kN, in contact."""
 
 
-def steps_a_sample(effects: Iterable[AbstractEffect | type[AbstractEffect]]) -> int:
-    """Return into how many steps a sample of slow records is cut."""
-    return WITH_BRISTLES if any(effect.bristle for effect in effects) else SUBSTEPS
+def steps_of_release(effects: Iterable[AbstractEffect | type[AbstractEffect]]) -> int:
+    """Return into how many steps a sample of a release is cut."""
+    dry = any(effect.bristle for effect in effects)
+    return RELEASE_WITH_BRISTLES if dry else RELEASE_SUBSTEPS
 
 
 def at_work(rig: Rig, outside: Surroundings, column: Array) -> Array:
-    """Jacobian (n, n, *column.shape) of the rig at work, without what stiff bristles do."""
+    """Jacobian (n, n, *column.shape) of the rig at work."""
     n = len(rig.scales)
     shape = jnp.broadcast_shapes(column.shape, rig.column.shape)
     core = jnp.stack([jnp.full(shape, v) for v in AT_WORK])
@@ -58,35 +71,60 @@ def at_work(rig: Rig, outside: Surroundings, column: Array) -> Array:
     def along(i: Array) -> Array:
         return jax.jvp(rates, (state,), (jnp.zeros_like(state).at[i].set(1.0),))[1]
 
-    matrix = jnp.moveaxis(jax.vmap(along)(jnp.arange(n)), 0, 1)
-    kept = jnp.asarray([i not in stiff_states(rig) for i in range(n)]).astype(float)
-    mask = (kept[:, None] * kept[None]).reshape((n, n) + (1,) * len(shape))
-    return matrix * mask
+    return jnp.moveaxis(jax.vmap(along)(jnp.arange(n)), 0, 1)
 
 
-def stiff_states(rig: Rig) -> tuple[int, ...]:
-    """Places of bristles in the flat state."""
-    found, at = [], len(CORE_SCALES)
-    for effect in rig.effects:
-        if effect.bristle:
-            found.extend(range(at, at + len(effect.scales)))
-        at += len(effect.scales)
-    return tuple(found)
+class Parted(NamedTuple):
+    """A rig in two: what is smooth, and the bristles of its dry friction.
+
+    - `smooth`: the rig without bristles; `kept`: where its states stand in the flat state.
+    - `bristles`; `bent`: where the state of each stands.
+    """
+
+    smooth: Rig
+    kept: tuple[int, ...]
+    bristles: tuple[AbstractEffect, ...]
+    bent: tuple[int, ...]
+
+    @classmethod
+    def of(cls, rig: Rig) -> "Parted":
+        """Part a rig."""
+        bristles = tuple(effect for effect in rig.effects if effect.bristle)
+        others = tuple(effect for effect in rig.effects if not effect.bristle)
+        bent, at = [], len(CORE_SCALES)
+        for effect in rig.effects:
+            bent += [at] if effect.bristle else []
+            at += len(effect.scales)
+        kept = tuple(i for i in range(at) if i not in bent)
+        return cls(eqx.tree_at(lambda r: r.effects, rig, others), kept, bristles, tuple(bent))
+
+    def split(self, flat: Array) -> tuple[Array, tuple[Array, ...]]:
+        """Flat state of the smooth rig, and the share that each bristle carries."""
+        return flat[jnp.asarray(self.kept)], tuple(flat[i] for i in self.bent)
+
+    def joined(self, smooth: Array, shares: tuple[Array, ...]) -> Array:
+        """Undo `split`."""
+        rows = dict(zip(self.kept, smooth, strict=True)) | dict(zip(self.bent, shares, strict=True))
+        return jnp.stack([rows[i] for i in range(len(rows))])
 
 
-def relaxed(rig: Rig, flat: Array, length: Array | float) -> Array:
-    """Lead the bristles of a flat state on by `length` [s] at the speed of the moment."""
-    state, at = rig.state(flat), len(CORE_SCALES)
-    for effect, own in zip(rig.effects, rig.own(flat), strict=True):
-        if effect.bristle:
+def led(
+    bristle: AbstractEffect, state: State, share: Array, length: Array | float
+) -> tuple[Array, Array]:
+    """Share that a bristle carries after `length` [s] at the slip of a state, and its mean force.
 
-            def rate(share: Array, effect=effect) -> Array:
-                return effect(state, (share,)).rates[0]
+    The force [N] is that between plunger and cylinder. Exact, since a bristle's rate is linear in
+    its share while the slip stays.
+    """
 
-            now, slope = jax.jvp(rate, (own[0],), (jnp.ones_like(own[0]),))
-            flat = flat.at[at].add(length * mean_growth(slope * length) * now)
-        at += len(effect.scales)
-    return flat
+    def rate(share: Array) -> Array:
+        return bristle(state, (share,)).rates[0]
+
+    now, slope = jax.jvp(rate, (share,), (jnp.ones_like(share),))
+    grown = slope * length
+    end = share + length * mean_growth(grown) * now
+    mean = share + length * ramp_growth(grown) * now
+    return end, jnp.asarray(bristle(state, (mean,)).between)
 
 
 def march(
@@ -96,8 +134,7 @@ def march(
 
     - `angles` (tracks, walkers) [rad]: of the pump when a record begins.
     """
-    parts = steps_a_sample(rig.effects)
-    grid = plan(drives.finer(parts))
+    grid = plan(drives.finer(SUBSTEPS))
     strokes = foreseen(rig, contact, fractions, drives)
     advance = _advancer(rig, contact, (fractions, angles), grid, strokes)
     track = jnp.arange(fractions.shape[1])
@@ -122,7 +159,7 @@ def march(
 
     begin = jnp.arange(grid.samples - 1) * grid.interval
     cut = tuple(
-        a.reshape(-1, pieces, parts // pieces, *a.shape[1:])
+        a.reshape(-1, pieces, SUBSTEPS // pieces, *a.shape[1:])
         for a in (grid.levels, grid.kink, grid.after, begin)
     )
     shape = (len(rig.scales), *fractions.shape[1:])
@@ -156,15 +193,84 @@ def _pair(matrix: Array, length: Array | float, rig: Rig) -> Table:
     )
 
 
-def _midpoint(flat: Array, rates: Callable, table: Table, place: Array) -> Array:
-    """One step of the exponential midpoint rule; bristles have been led on already.
+class Step(NamedTuple):
+    """What a step goes by.
 
-    - `rates`: of a flat state. - `place`: of the oil column between the two of the table.
+    - `outside`, `column` [m]: in its middle. - `length` [s].
+    - `table`: step matrices of the smooth rig; `place`: of the oil column between its two.
     """
-    first = rates(flat)
-    middle = flat + _between(table.half, place, first)
-    moved = rates(middle) - _between(table.matrix, place, middle - flat)
-    return flat + _between(table.whole, place, moved)
+
+    outside: Surroundings
+    column: Array
+    length: Array | float
+    table: Table
+    place: Array
+
+
+def _midpoint(parted: Parted, flat: Array, step: Step) -> Array:
+    """One step of the exponential midpoint rule, implicit in what bristles do."""
+    rig = parted.smooth
+    start, shares = parted.split(flat)
+
+    def rates(smooth: Array, outside: Surroundings) -> Array:
+        moved = rig.motion(smooth, outside, step.column).rates
+        return jnp.stack([jnp.broadcast_to(r, smooth.shape[1:]) for r in moved])
+
+    middle = start + _between(step.table.half, step.place, rates(start, step.outside))
+    outside = step.outside
+    if shares:
+        pushed = _pushed(rig, step)
+        shares, force = _rubbing(parted, middle, shares, pushed[3] - pushed[1], step)
+        middle = middle + pushed * force
+        outside = outside._replace(between=force)
+    moved = rates(middle, outside) - _between(step.table.matrix, step.place, middle - start)
+    return parted.joined(start + _between(step.table.whole, step.place, moved), shares)
+
+
+def _pushed(rig: Rig, step: Step) -> Array:
+    """State (n, ...) half a step after a newton begins to push plunger and cylinder apart."""
+    lower, change = step.table.half
+    total = lower + step.place * change
+    return total[:, 3] / rig.plunger_mass - total[:, 1] / rig.cylinder_mass
+
+
+def _rubbing(
+    parted: Parted, middle: Array, shares: tuple[Array, ...], by_force: Array, step: Step
+) -> tuple[tuple[Array, ...], Array]:
+    """Shares that bristles carry at the end of a step, and their mean force in it [N].
+
+    - `middle`: state of the smooth rig in the middle of the step without that force.
+    - `by_force`: slip there that a newton of it makes [m/s/N].
+
+    The force falls as the slip grows and the slip falls with the force, so that there is one slip
+    at which both agree.
+    """
+    state = parted.smooth.state(middle, step.column, step.outside)
+
+    def at(slip: Array) -> tuple[tuple[Array, ...], Array]:
+        slipping = state._replace(v_plunger=state.v_cylinder + slip)
+        found = [
+            led(bristle, slipping, share, step.length)
+            for bristle, share in zip(parted.bristles, shares, strict=True)
+        ]
+        return tuple(end for end, _ in found), reduce(add, (force for _, force in found))
+
+    def excess(slip: Array) -> Array:
+        return slip - state.slip - by_force * at(slip)[1]
+
+    side = -jnp.sign(excess(jnp.zeros_like(state.slip)))
+
+    def newton(slip: Array) -> Array:
+        off, slope = jax.jvp(excess, (slip,), (jnp.ones_like(slip),))
+        return slip - off / slope
+
+    def on_its_side(slip: Array) -> Array:
+        return side * jnp.maximum(side * slip, 0.0)
+
+    slip = on_its_side(state.slip + by_force * at(side * FAST)[1])
+    for _ in range(NEWTON_STEPS):
+        slip = on_its_side(newton(slip))
+    return at(slip)
 
 
 def _between(pair: tuple[Array, Array], place: Array, vector: Array) -> Array:
@@ -177,78 +283,58 @@ def _advancer(
 ) -> Callable:
     """Return the step of `march`; `pump`: fractions and angles."""
     fractions, angles = pump
+    parted = Parted.of(rig)
     track, h = jnp.arange(fractions.shape[1]), grid.interval
     at_switch = strokes.switch[grid.kink_place[:, 0], grid.kink_place[:, 1]]
     extra = jnp.concatenate([jnp.stack([strokes.low, strokes.high]), at_switch])
-    matrix = at_work(rig, Surroundings(contact), rig.column + extra)
-    table = jax.tree.map(lambda a: a[:, :, None], _pair(matrix[:, :, :2], h, rig))
+    matrix = at_work(parted.smooth, Surroundings(contact), rig.column + extra)
+    table = jax.tree.map(lambda a: a[:, :, None], _pair(matrix[:, :, :2], h, parted.smooth))
     rest = grid.kink_rest[:, None]
-    none = jnp.zeros((1, len(rig.scales), matrix.shape[-1]))
-    after = step_matrix(matrix[:, :, 2:], rest, rig.scales)[:, 4]
+    none = jnp.zeros((1, len(parted.kept), matrix.shape[-1]))
+    after = step_matrix(matrix[:, :, 2:], rest, parted.smooth.scales)[:, 4]
     kinks = jnp.concatenate([none, jnp.moveaxis(after, 1, 0)])
 
     def advance(flat: Array, part: tuple[Array, ...]) -> tuple[Array, None]:
         level, kink, level_after, begin = part
-        flat = relaxed(rig, flat, h)
         stroke = flat[2] - flat[0] + 0.5 * h * (flat[3] - flat[1])
         outside = Surroundings(contact, 0.0, fractions[level, track], begin + 0.5 * h, angles)
         place = jnp.clip(strokes.place(rig.column, stroke), -0.5, 1.5)
-
-        def rates(flat: Array, outside: Surroundings = outside) -> Array:
-            return _rates(rig, flat, outside, rig.column + stroke)
-
-        new = _midpoint(flat, rates, table, place)
+        new = _midpoint(parted, flat, Step(outside, rig.column + stroke, h, table, place))
 
         def kicked(new: Array) -> Array:
             changed = outside._replace(flow_fraction=fractions[level_after, track])
-            jump = rates(flat, changed)[4] - rates(flat)[4]
-            return new + jnp.moveaxis(kinks[kink], 0, 1) * jump
+            before, later = (rig.flow(flat, o, rig.column + stroke) for o in (outside, changed))
+            smooth, shares = parted.split(new)
+            jump = jnp.moveaxis(kinks[kink], 0, 1) * (later - before)
+            return parted.joined(smooth + jump, shares)
 
         return jax.lax.cond(jnp.any(kink > 0), kicked, lambda new: new, new), None
 
     return advance
 
 
-def _rates(rig: Rig, flat: Array, outside: Surroundings, column: Array) -> Array:
-    """Rates of a flat state, 0 for the bristles, which have been led on already."""
-    moved = rig.motion(flat, outside, column).rates
-    stiff = stiff_states(rig)
-    return jnp.stack(
-        [
-            jnp.zeros(flat.shape[1:]) if i in stiff else jnp.broadcast_to(r, flat.shape[1:])
-            for i, r in enumerate(moved)
-        ]
-    )
-
-
 def ring(rig: Rig, preload: Array, delay: Array, interval: float, samples: int) -> Array:
     """Acceleration of the plate after a release; arguments and result as `release.ring`."""
+    parted = Parted.of(rig)
+    parts = steps_of_release(rig.effects)
     columns = rig.column + jnp.asarray([0.0, NODE])[:, None]
-    matrix = at_work(rig, FREE, columns)[:, :, :, None]
-    h, first = interval / RELEASE_SUBSTEPS, delay / RELEASE_SUBSTEPS
-    tables = (_pair(matrix, h, rig), _pair(matrix, first, rig))
+    matrix = at_work(parted.smooth, FREE, columns)[:, :, :, None]
+    h, first = interval / parts, delay / parts
+    tables = (_pair(matrix, h, parted.smooth), _pair(matrix, first, parted.smooth))
 
-    def step(flat: Array, table: Table, lengths: tuple, at: Array | float) -> Array:
-        before, length = lengths  # bristles live in the middle of steps
-        flat = relaxed(rig, flat, 0.5 * (before + length))
-        stroke = flat[2] - flat[0] + 0.5 * length * (flat[3] - flat[1])
-        outside = FREE._replace(time=at + 0.5 * length)
+    def through(flat: Array, table: Table, length: Array | float, begin: Array | float) -> Array:
+        def step(i: Array, flat: Array) -> Array:
+            stroke = flat[2] - flat[0] + 0.5 * length * (flat[3] - flat[1])
+            outside = FREE._replace(time=begin + (i + 0.5) * length)
+            now = Step(outside, rig.column + stroke, length, table, stroke / NODE)
+            return _midpoint(parted, flat, now)
 
-        def rates(flat: Array) -> Array:
-            return _rates(rig, flat, outside, rig.column + stroke)
-
-        return _midpoint(flat, rates, table, stroke / NODE)
+        return jax.lax.fori_loop(0, parts, step, flat)
 
     def advance(flat: Array, number: Array) -> tuple[Array, Array]:
         time = delay + number * interval
-        before = jnp.where(number == 0, first, h)
-        level = relaxed(rig, flat, 0.5 * before)
-        read = rig.motion(level, FREE._replace(time=time)).plunger_acceleration
-        for i in range(RELEASE_SUBSTEPS):
-            flat = step(flat, tables[0], (h if i else before, h), time + i * h)
-        return flat, read
+        read = rig.motion(flat, FREE._replace(time=time)).plunger_acceleration
+        return through(flat, tables[0], h, time), read
 
-    flat = rest_under(rig, preload)
-    for i in range(RELEASE_SUBSTEPS):
-        flat = step(flat, tables[1], (first if i else 0.0, first), i * first)
-    return jax.lax.scan(advance, flat, jnp.arange(samples))[1]
+    flat = jnp.broadcast_to(rest_under(rig, preload), (len(rig.scales), *delay.shape))
+    return jax.lax.scan(advance, through(flat, tables[1], first, 0.0), jnp.arange(samples))[1]

@@ -38,6 +38,14 @@ def mean_growth(exponent: Array) -> Array:
     return jnp.where(jnp.abs(exponent) < 1e-8, 1.0 + 0.5 * exponent, jnp.expm1(safe) / safe)
 
 
+def ramp_growth(exponent: Array) -> Array:
+    """(exp(x) - 1 - x)/x^2, the mean of (exp(s x) - 1)/x over s from 0 to 1; 1/2 at x = 0."""
+    near = jnp.abs(exponent) < 1e-3
+    safe = jnp.where(near, 1.0, exponent)
+    series = 0.5 + exponent * (1.0 / 6.0 + exponent * (1.0 / 24.0 + exponent / 120.0))
+    return jnp.where(near, series, (jnp.expm1(safe) / safe - 1.0) / safe)
+
+
 def jacobian(rig: Rig, outside: Surroundings, column: Array) -> Array:
     """Derivative of the rates by the state at rest, shape (n, n, *column.shape)."""
     n = len(rig.scales)

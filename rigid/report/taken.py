@@ -25,11 +25,9 @@ def taken(
     - `aside`: samples that were set aside. - `added`: effects that came to those of the problem.
     """
     effects = (*problem.effects, *added)
-    bristles = any(effect.bristle for effect in effects)
     exact = [
         _exact(p.label, f"{p.label} = {significant(value, p.unit, 4)}", value, p.unit)
         for p in problem.parameters.known
-        if p.base != "presliding" or bristles
         for value in (float(p.prior.from_standard(0.0)),)
     ]
     lasting = any(effect.gradual() for effect in effects)

@@ -18,7 +18,7 @@ from rigid.io.errors import InputError
 from rigid.likelihood.assemble import chosen_effects, sheets
 from rigid.likelihood.machine import lay_out
 from rigid.likelihood.parameters import Scoped
-from rigid.physics.rig import PRESLIDING, build_rig
+from rigid.physics.rig import build_rig
 from rigid.smoothing.field import QUANTITIES, Channel, Field, Setup
 from rigid.smoothing.learning import Sheet
 from rigid.smoothing.machine_plant import acting, numbers, passed, plants
@@ -32,9 +32,6 @@ from rigid.spec.machine import MachineSpec
 from rigid.spec.values import SpecBody
 
 CORE = ("M_HC", "M_Pl", "M_Fl", "S_Pl", "L_0")
-
-LATER = {"presliding": PRESLIDING}
-"""Constants of the rig that older posteriors do not hold, and what they were there."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -239,15 +236,14 @@ def draws(law: RigModel, field: Field) -> DrawBatch:
     Raises InputError where the posterior has no value of a parameter for field records.
     """
     size, setup = law.size, field.setup
-    later = {n: np.array([v]) for n, v in LATER.items()}
-    seen = Scoped(later | dict(law.values), (field.kind, field.place, field.label))
+    seen = Scoped(law.values, (field.kind, field.place, field.label))
 
     def wide(names: Iterable[str]) -> dict[str, Array]:
         _require(law, seen, names)
         return {n: jnp.broadcast_to(jnp.asarray(seen[n]), (size,)) for n in names}
 
     if law.machine is None:
-        names = [*CORE, *LATER, *(n for e in law.effects for n in e.labels())]
+        names = [*CORE, *(n for e in law.effects for n in e.labels())]
         plant = RigPlant(rig=build_rig(law.effects, wide(names)), inputs=setup.inputs)
     else:
         layout = lay_out(law.machine)

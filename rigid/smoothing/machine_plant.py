@@ -9,7 +9,7 @@ from jax import Array
 
 from rigid.effects import AbstractEffect
 from rigid.effects.placed import those_at
-from rigid.likelihood.machine import PRESLIDING, Layout
+from rigid.likelihood.machine import Layout
 from rigid.physics.machine import Drive, Machine
 from rigid.smoothing.field import Setup
 from rigid.smoothing.inputs import Inputs
@@ -135,7 +135,6 @@ def numbers(effects: Sequence[type[AbstractEffect]], layout: Layout) -> tuple[st
     return (
         *(one.inertia for one in layout.coordinates),
         *(f"{name}[{place}]" for place in oil for name in ("area", "column")),
-        PRESLIDING,
         *dict.fromkeys(label for effect in effects for label in effect.labels()),
     )
 

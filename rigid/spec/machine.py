@@ -101,16 +101,13 @@ class MachineSpec(Value):
 
     - `usual`: sizes that built-in priors of effects go with.
     - `shared`: numbers of effects that are the same at all joints, such as `k_oil`; others are each
-      joint's own. - `presliding` [m]: bending at which dry friction slides.
+      joint's own.
     """
 
     bodies: Annotated[Mapping[Name, BodySpec], Field(min_length=1)]
     joints: Annotated[Mapping[Name, JointSpec], Field(min_length=1)]
     usual: UsualSpec
     shared: tuple[str, ...] = ()
-    presliding: Annotated[Known, uncertain(0.0), POSITIVE, within(1e-9, 0.1, "m")] = Known(
-        value=2e-5
-    )
 
     @model_validator(mode="after")
     def consistent(self) -> "MachineSpec":

@@ -50,9 +50,6 @@ class RigSpec(Value):
     k_frame: Annotated[Known, uncertain(FRAME_SHARE), POSITIVE, within(1.0, 1e14, "N/m")] | None = (
         None
     )
-    presliding: Annotated[Known, uncertain(0.0), POSITIVE, within(1e-9, 0.1, "m")] = Known(
-        value=2e-5
-    )
     frame_beams: Literal["two-per-cylinder", "two-shared"] = "two-per-cylinder"
 
     @property
@@ -66,5 +63,5 @@ class RigSpec(Value):
     @property
     def known(self) -> dict[str, Known]:
         """All constants by their symbol."""
-        names = ("M_HC", "M_Pl", "M_Fl", "S_Pl", "k_oil", "L_0", "p_max", "presliding")
+        names = ("M_HC", "M_Pl", "M_Fl", "S_Pl", "k_oil", "L_0", "p_max")
         return {name: getattr(self, name) for name in names} | {"k_frame": self.frame_stiffness}

@@ -114,7 +114,7 @@ def compare_laws(
     with stages(options.quiet) as follow:
         search = None if place.machine is None else partial(_searched, spec, records, seed)
         given = given_priors(spec)
-        asked = Asked(problem, models(spec, problem, place), given, seed, search)
+        asked = Asked(problem, models(spec, given, place), given, seed, search)
         fitted = fit_laws(asked, follow, shelf)
         follow("compare")
         return Laws(spec, records, compare(fitted, seed, shelf), seed, known)

@@ -53,7 +53,10 @@ def memory(v: Values) -> Friction:
 def bristle(v: Values) -> Friction:
     """A dashpot and a bristle: Coulomb, Stribeck or LuGre, by which numbers there are."""
     mu, coulomb = v["mu"], v["F_C"]
-    bending, delay = v.get("z_bristle", v["presliding"]), v.get("bristle_time", 0.0)
+    bending, delay = (
+        v["z_bristle" if "z_bristle" in v else "presliding"],
+        v.get("bristle_time", 0.0),
+    )
     excess, speed = v.get("stribeck_excess", 0.0), v.get("v_stribeck", 1.0)
     exp, sqrt, rounding = math.exp, math.sqrt, SPEED_ROUNDING
 

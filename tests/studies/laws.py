@@ -161,7 +161,8 @@ def compared(spec_path: Path, law: str, seed: int, settings: str) -> dict:
             weights[piece.group, piece.quantity] = np.asarray(piece.weight) * stays
         problem = problem.with_weights(weights)
     began = time.monotonic(), time.process_time()
-    asked = Asked(problem, models(spec, problem, Place()), given_priors(spec), seed)
+    given = given_priors(spec)
+    asked = Asked(problem, models(spec, given, Place()), given, seed)
     fitted = fit_laws(asked, lambda _: None)
     found = compare(fitted, seed)
     made = told(as_dict(spec, found, None, seed))

@@ -92,14 +92,20 @@ def _law(one: Standing, found: Comparison) -> dict[str, Any]:
         ],
         "gap": finite(gap(one.local)),
         "short_of_top": finite(promised(one.local)),
-        "parameters": {label: one.local.interval(label) for label in own_labels(one)},
+        "parameters": {
+            one.model.calls.get(label, label): one.local.interval(label)
+            for label in own_labels(one)
+        },
     }
 
 
 def own_labels(one: Standing) -> list[str]:
     """Labels of a law's uncertain numbers of friction, the viscous coefficient's among them."""
-    names = {label for name in one.model.effects for label in one.model.place.labels(name)}
-    return [label for label in one.local.hypothesis.labels if label in names]
+    model = one.model
+    names = {label for name in model.effects for label in model.place.labels(name)}
+    return [
+        label for label in one.local.hypothesis.labels if model.calls.get(label, label) in names
+    ]
 
 
 COLUMNS = (
