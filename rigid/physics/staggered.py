@@ -32,9 +32,9 @@ from rigid.physics.rig import CORE_SCALES, FREE, Rig, Surroundings
 from rigid.physics.step_matrices import apply, mean_growth, ramp_growth, step_matrix
 from rigid.physics.stroke_range import Strokes, foreseen
 
-SUBSTEPS, RELEASE_SUBSTEPS, RELEASE_WITH_BRISTLES = 16, 4, 16
+SUBSTEPS, RELEASE_SUBSTEPS, RELEASE_WITH_BRISTLES = 16, 4, 32
 """Steps a sample of slow records, and of releases without and with dry friction: 0.6, 0.16 and
-0.04 ms, where the fastest mode of the rig has 4 ms and a load on stiff bristles one."""
+0.02 ms, where the fastest mode of the rig has 4 ms and a plate on stiff bristles 0.5."""
 
 FAST = 10.0
 """Slip [m/s] at which any bristle slides."""
