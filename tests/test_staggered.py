@@ -147,7 +147,7 @@ def test_errors_fall_with_the_square_of_the_step(monkeypatch):
     flows = jnp.asarray([0.0, 0.3])[:, None, None]
 
     def cut_in(parts: int) -> dict[str, np.ndarray]:
-        monkeypatch.setattr(staggered, "SUBSTEPS", parts)
+        monkeypatch.setattr(staggered, "DRY", staggered.Cut(parts, parts))
         how = (rig, jnp.asarray([0.0]), flows, side_by_side((record,)))
         found = eqx.filter_jit(lambda *given: march_still(*given))(*how)
         return {k: np.asarray(x) for k, x in found.items()}
@@ -192,17 +192,17 @@ STIFF = [(2500.0, 1e-5), (2500.0, 1e-6), (2500.0, 2e-7)]
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("force", "bending"), STIFF)
-def test_stiff_bristles_follow_the_reference_to_half_a_sensors_step(force: float, bending: float):
+def test_stiff_bristles_follow_the_reference_to_a_sixth_of_a_step(force: float, bending: float):
     """A step that leads bristles at the slip of its beginning is off by 8 steps at 1 um."""
     names = (*BASE, "coulomb-friction")
     values = NOMINAL | {"F_C": force, "presliding": bending}
     expected = by_lsoda(values, names, NOMINAL["k_frame"], FLOWS, TURNING)
     got = by_steps(values, names, NOMINAL["k_frame"], FLOWS, TURNING)
-    assert worst(got, expected) < 5.0
+    assert worst(got, expected) < 1.5
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("bending", "most"), [(2e-5, 0.05), (1e-6, 0.4)])
+@pytest.mark.parametrize(("bending", "most"), [(2e-5, 0.01), (1e-6, 0.1)])
 def test_a_release_on_stiff_bristles_follows_diffrax(bending: float, most: float):
     """2,500 N; to a share of the accelerometer's noise."""
     values = NOMINAL | {"F_C": 2500.0, "presliding": bending}

@@ -22,7 +22,7 @@ from rigid.likelihood.groups import AbstractGroup, MotionGroup, ReleaseGroup, Sl
 from rigid.likelihood.machine_group import MachineGroup
 from rigid.likelihood.problem import Problem, walkers
 from rigid.physics.drive import plan
-from rigid.physics.staggered import SUBSTEPS, steps_of_release
+from rigid.physics.staggered import cut_of
 from rigid.spec import SamplerSpec
 
 DOUBLE, SINGLE = 8, 4
@@ -221,7 +221,7 @@ def _simulation(group: AbstractGroup) -> float:
         return tracks * _slow(group)
     if isinstance(group, ReleaseGroup):
         steady = all(effect.steady for effect in group.effects)
-        each = RELEASE if steady else RELEASE + SHORT * steps_of_release(group.effects)
+        each = RELEASE if steady else RELEASE + SHORT * cut_of(group.effects).release
         return tracks * samples * each * (FULL if group.tolerance is not None else 1.0)
     if isinstance(group, MachineGroup):
         marched = samples * group.layout.steps * len(group.runs)
@@ -246,7 +246,7 @@ def _slow(group: SlowGroup) -> float:
     if group.tolerance is not None:
         return group.samples * FINE * FULL
     if not all(effect.steady for effect in group.effects):
-        return group.samples * SUBSTEPS * SHORT
+        return group.samples * cut_of(group.effects).slow * SHORT
     laid = plan(group.grid.drives)
     near = np.asarray(laid.near)
     fine = 2 * int(near.sum())

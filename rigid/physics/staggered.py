@@ -32,9 +32,17 @@ from rigid.physics.rig import CORE_SCALES, FREE, Rig, Surroundings
 from rigid.physics.step_matrices import apply, mean_growth, ramp_growth, step_matrix
 from rigid.physics.stroke_range import Strokes, foreseen
 
-SUBSTEPS, RELEASE_SUBSTEPS, RELEASE_WITH_BRISTLES = 16, 4, 32
-"""Steps a sample of slow records, and of releases without and with dry friction: 0.6, 0.16 and
-0.02 ms, where the fastest mode of the rig has 4 ms and a plate on stiff bristles 0.5."""
+
+class Cut(NamedTuple):
+    """Into how many steps a sample of slow records is cut, and one of a release."""
+
+    slow: int
+    release: int
+
+
+SMOOTH, DRY = Cut(16, 4), Cut(32, 32)
+"""Without and with dry friction: steps of 0.6 and 0.3, 0.16 and 0.02 ms, where the fastest mode of
+the rig has 4 ms and a plate on bristles of 0.3 um, with 2 kN, 0.4."""
 
 FAST = 10.0
 """Slip [m/s] at which any bristle slides."""
@@ -51,10 +59,9 @@ AT_WORK = (-1e-3, 0.0, 1e-3, 0.0, 136e5)
 """State at which the Jacobian is taken [m, m/s, m, m/s, Pa]: 60 kN, in contact."""
 
 
-def steps_of_release(effects: Iterable[AbstractEffect | type[AbstractEffect]]) -> int:
-    """Return into how many steps a sample of a release is cut."""
-    dry = any(effect.bristle for effect in effects)
-    return RELEASE_WITH_BRISTLES if dry else RELEASE_SUBSTEPS
+def cut_of(effects: Iterable[AbstractEffect | type[AbstractEffect]]) -> Cut:
+    """Return into how many steps samples of a rig with some effects are cut."""
+    return DRY if any(effect.bristle for effect in effects) else SMOOTH
 
 
 def at_work(rig: Rig, outside: Surroundings, column: Array) -> Array:
@@ -134,7 +141,8 @@ def march(
 
     - `angles` (tracks, walkers) [rad]: of the pump when a record begins.
     """
-    grid = plan(drives.finer(SUBSTEPS))
+    parts = cut_of(rig.effects).slow
+    grid = plan(drives.finer(parts))
     strokes = foreseen(rig, contact, fractions, drives)
     advance = _advancer(rig, contact, (fractions, angles), grid, strokes)
     track = jnp.arange(fractions.shape[1])
@@ -159,7 +167,7 @@ def march(
 
     begin = jnp.arange(grid.samples - 1) * grid.interval
     cut = tuple(
-        a.reshape(-1, pieces, SUBSTEPS // pieces, *a.shape[1:])
+        a.reshape(-1, pieces, parts // pieces, *a.shape[1:])
         for a in (grid.levels, grid.kink, grid.after, begin)
     )
     shape = (len(rig.scales), *fractions.shape[1:])
@@ -316,7 +324,7 @@ def _advancer(
 def ring(rig: Rig, preload: Array, delay: Array, interval: float, samples: int) -> Array:
     """Acceleration of the plate after a release; arguments and result as `release.ring`."""
     parted = Parted.of(rig)
-    parts = steps_of_release(rig.effects)
+    parts = cut_of(rig.effects).release
     columns = rig.column + jnp.asarray([0.0, NODE])[:, None]
     matrix = at_work(parted.smooth, FREE, columns)[:, :, :, None]
     h, first = interval / parts, delay / parts
