@@ -15,7 +15,7 @@ from rigid.friction.starts import (
     searched_start,
 )
 from rigid.io.cache import NOTHING_KEPT, Shelf
-from rigid.likelihood.priors import AbstractPrior
+from rigid.likelihood.priors import LAWS, AbstractPrior
 from rigid.likelihood.problem import Problem
 from rigid.localfit.ascent import MOST_TURNS, descended, led, settled
 from rigid.localfit.expansion import Point, Program, expand
@@ -39,7 +39,7 @@ WIDTH = 16
 """Simulations side by side in the program of dry friction: one turn serves a step of all its
 models, which take 14."""
 
-KINDS = (LocalFit, Hypothesis, Layout, Terms)
+KINDS = (LocalFit, Hypothesis, Layout, Terms, *LAWS.values())
 """What fits are made of, beside dry friction."""
 
 Report = Callable[[str], None]
