@@ -301,6 +301,11 @@ def test_priors_go_with_what_is_usual():
     prior = made.parameters()[0].priors[0]
     assert prior.arguments["median"] == pytest.approx(1e5 * 1e-4 / 100.0)
     assert prior.arguments["factor"] == 10.0
+    force, bending = placed(CATALOGUE["coulomb-friction"], "s", frozenset(), usual).parameters()
+    (rig,), (here,) = CATALOGUE["coulomb-friction"].parameters()[0].priors, force.priors
+    assert here.arguments["median"] == pytest.approx(1e-4 * rig.arguments["median"])
+    # How far a contact bends before it slides is no matter of the machine's size.
+    assert bending.priors == CATALOGUE["coulomb-friction"].parameters()[1].priors
     oil = placed(CATALOGUE["oil-compressibility"], "s", frozenset(), usual).parameters()[0]
     assert oil.priors == CATALOGUE["oil-compressibility"].parameters()[0].priors
 

@@ -65,6 +65,7 @@ def sliding_bending(name: str = "presliding", symbol: str = r"z_\mathrm{C}") -> 
         "m",
         lognormal(1e-5, 4.0),
         meaning="bending at which dry friction slides",
+        sized=False,  # a matter of two surfaces, not of how large a machine is
     )
 
 

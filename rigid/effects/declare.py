@@ -76,6 +76,7 @@ class ParameterInfo:
     - `part_of`: name of a sum that records know far better than its parts, those of other effects
       included; None where there is none.
     - `place`: joint of a machine that it is the number of; empty where it belongs to none.
+    - `sized`: whether its priors go with what is usual in a machine.
     """
 
     name: str
@@ -86,6 +87,7 @@ class ParameterInfo:
     absent: float | None = None
     part_of: str | None = None
     place: str = ""
+    sized: bool = True
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -102,6 +104,7 @@ class More(TypedDict, total=False):
     meaning: str
     absent: float | None
     part_of: str | None
+    sized: bool
 
 
 def parameter(

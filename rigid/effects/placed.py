@@ -72,7 +72,9 @@ def placed(
         dataclasses.replace(
             info,
             place="" if info.name in shared else place,
-            priors=tuple(_sized(prior, info.unit, usual) for prior in info.priors),
+            priors=tuple(_sized(prior, info.unit, usual) for prior in info.priors)
+            if info.sized
+            else info.priors,
         )
         for info in effect.parameters()
     )
