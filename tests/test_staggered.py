@@ -187,7 +187,7 @@ def test_bristles_are_led_exactly_at_a_slip_that_stays():
 
 
 STIFF = [(2500.0, 1e-5), (2500.0, 1e-6), (2500.0, 2e-7)]
-"""Forces [N] and bendings [m] of bristles that are up to a hundred times as stiff as the oil."""
+"""Forces [N] and bendings [m] of bristles that are up to 280 times as stiff as the oil."""
 
 
 @pytest.mark.slow
