@@ -70,12 +70,13 @@ def test_where_there_is_no_oil_no_friction_goes_with_its_pressure(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.xfail(
+    strict=True,
+    reason="since the bending is fitted Stribeck friction leads by 0.06 nats, and its search ends "
+    "0.9 posterior sds from the optimum (limit 0.7)",
+)
 def test_dry_friction_of_a_body_on_a_spring_is_named(tmp_path):
-    """0.3 N, by bristles that bend, beside 0.7 N s/m; simulated by SciPy, read to 0.5 mm.
-
-    Stribeck friction, which contains Coulomb's, may come first by chance, and its search may end
-    0.9 sds from an optimum that these records hardly tell (limit 0.7): the command says so.
-    """
+    """0.3 N, by bristles that bend, beside 0.7 N s/m; simulated by SciPy, read to 0.5 mm."""
 
     def read(spec: str) -> str:
         return spec.replace("noise = 5e-5", "noise = 5e-4") + "\n[solve]\nsteps = 100\n"
@@ -86,10 +87,10 @@ def test_dry_friction_of_a_body_on_a_spring_is_named(tmp_path):
     table[:, 1] += 0.5 * np.random.default_rng(0).standard_normal(len(table))
     np.savetxt(path, table, "%.9g", ",", header="t,x", comments="")
     found = rigid.load(study.spec.path).laws(quiet=True).result
-    assert {one["name"] for one in found["checks"] if not one["ok"]} <= {"optimum"}
+    assert found["usable"]
     assert found["joint"] == "spring"
     by_name = {one["law"]: one for one in found["laws"]}
-    assert COULOMB in {found["first"], *found["tied"]}
+    assert found["first"] == COULOMB
     assert all(by_name[name]["log_evidence"] < -100.0 for name in (VISCOUS, MEMORY))
     force = by_name[COULOMB]["parameters"]["F_C[spring]"]
     assert force["q05"] < 0.3 < force["q95"]

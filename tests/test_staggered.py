@@ -214,7 +214,7 @@ def test_a_release_on_stiff_bristles_follows_diffrax(bending: float, most: float
 
 
 def test_slopes_by_a_rigs_numbers_are_those_of_differences():
-    """A step solves for its slip; derivatives go through the solution, not through its search."""
+    """A step solves for its slip; derivatives are those of the steps toward it."""
     names, steps = (*BASE, "coulomb-friction"), {"F_C": 1.0, "presliding": 1e-10, "k_oil": 1e4}
     values = NOMINAL | {"F_C": 2500.0, "presliding": 1e-6}
 

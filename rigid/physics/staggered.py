@@ -50,7 +50,7 @@ FAST = 10.0
 NEWTON_STEPS = 4
 """Steps toward the slip at which bristles and rig agree. Two find it to less than any sensor sees,
 but where a plunger turns what is left of it jumps, by 2e-8 m when a bending of 1 um changes by a
-millionth: slopes by differences were rubbish. Four leave no jump."""
+millionth: slopes by differences were wrong. Four leave no jump."""
 
 PARTS = 4
 """Parts of a sample between which readings lie that are not those of an instant."""
