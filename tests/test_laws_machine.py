@@ -1,5 +1,7 @@
 """Friction models compared at a joint of a machine that a spec puts together."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from machines.loading import machine
@@ -21,6 +23,7 @@ from rigid.friction.models import (
 )
 from rigid.io.errors import InputError
 from rigid.likelihood.assemble import assemble
+from rigid.likelihood.listing import given_priors
 
 
 @pytest.mark.slow
@@ -32,6 +35,27 @@ def test_the_joint_that_rubs_is_meant(tmp_path):
     with pytest.raises(InputError, match="leave --joint out"):
         place_of(press.model_copy(update={"machine": None}), "head")
     assert place_of(press.model_copy(update={"machine": None}), None) == Place()
+
+
+def known_bending(joint: str) -> Callable[[str], str]:
+    """Return what states at a joint where Coulomb friction slides, as a number of a candidate."""
+    model = '[model]\ncandidates = ["coulomb-friction"]\n'
+    return lambda spec: f'{spec}\n{model}[priors]\n"presliding[{joint}]" = {{ fixed = 2e-5 }}\n'
+
+
+def test_a_number_of_a_model_that_is_compared_can_be_stated(tmp_path):
+    study = machine("swing", tmp_path, known_bending("spring"))
+    place = place_of(study.solved, None)
+    listed = {one.name: one for one in models(study.solved, given_priors(study.solved), place)}
+    dry = assemble(with_friction(study.solved, place, listed[COULOMB].effects), study.records)
+    assert "presliding[spring]" not in dry.parameters.labels  # known: nothing is sampled
+    assert "F_C[spring]" in dry.parameters.labels
+
+
+def test_a_number_at_a_joint_that_is_not_there_is_refused(tmp_path):
+    study = machine("swing", tmp_path, known_bending("sprung"))
+    with pytest.raises(InputError, match=r"did you mean 'presliding\[spring\]'"):
+        assemble(study.solved, study.records)
 
 
 @pytest.mark.slow
@@ -70,11 +94,6 @@ def test_where_there_is_no_oil_no_friction_goes_with_its_pressure(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(
-    strict=True,
-    reason="since the bending is fitted Stribeck friction leads by 0.06 nats, and its search ends "
-    "0.9 posterior sds from the optimum (limit 0.7)",
-)
 def test_dry_friction_of_a_body_on_a_spring_is_named(tmp_path):
     """0.3 N, by bristles that bend, beside 0.7 N s/m; simulated by SciPy, read to 0.5 mm."""
 

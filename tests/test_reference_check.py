@@ -1,6 +1,7 @@
 """The fast solver against diffrax at the points of an answer: it passes, and it can fail."""
 
 import dataclasses
+import json
 
 import jax
 import jax.numpy as jnp
@@ -9,10 +10,15 @@ import pytest
 from rigs import frame_problem, release_problem
 
 from rigid.inference.reference_check import SensorError, SolverCheck, against_reference
+from rigid.inference.summary import Check
 from rigid.likelihood.groups import SlowGroup
 from rigid.likelihood.problem import predict
 from rigid.localfit.samples import lay_out
 from rigid.physics import full, slow
+from rigid.validation.solved import seldom_off, solved
+
+NO_END = {"ended": False, "bars": None, "per": None, "sensor": None, "difference": None}
+NOT_ENDED = "diffrax did not come to its end in 3"
 
 
 @pytest.fixture(scope="module")
@@ -35,6 +41,11 @@ def test_steps_agree_with_diffrax(problem):
     assert 0.0 < found.worst.bars < 0.1
     assert found.values()["shift"] == found.shift
     assert "13 points" in found.check.says
+    told = solved(problem, z[0])
+    assert told is not None
+    assert told["ended"]
+    assert 0.0 < told["bars"] <= found.worst.bars * 1.01
+    assert json.loads(json.dumps(told)) == told  # goes into a row
 
 
 def test_samples_count_in_a_problem_as_they_are_weighed(problem):
@@ -57,12 +68,19 @@ def test_a_solver_that_reads_wrong_is_found(problem, monkeypatch):
     jax.clear_caches()
     z = draws(problem)
     found = against_reference(problem, z[0], z, seed=1)
+    told = solved(problem, z[0])
     jax.clear_caches()
     assert found is not None
     assert not found.ok
     assert found.worst.quantity == "pressure"
     assert found.worst.bars > 0.5
     assert "pressure of frame-1,A" in found.says
+    assert told is not None
+    assert told["bars"] > 0.5
+    check = seldom_off([{"solver": told}] * 4)
+    assert check is not None
+    assert not check.ok
+    assert "pressure of frame-1,A" in check.says
 
 
 def test_an_error_that_goes_with_the_parameters_is_found_though_no_reading_shows_it():
@@ -95,6 +113,27 @@ def test_a_solve_that_does_not_end_is_no_proof(problem, monkeypatch):
     assert (found.ended, found.ok, found.worst) == (0, False, None)
     assert "did not come to its end" in found.says
     assert found.values()["shift"] is None
+    assert seldom_off([{"solver": NO_END}] * 3) == Check("solver", False, NOT_ENDED)
+
+
+def test_campaigns_in_which_the_solver_errs_are_counted_beyond_chance():
+    """One in 40 is what one in fifty makes by chance; eight are not."""
+    good = {"ended": True, "bars": 0.02, "per": "step", "sensor": "load of a,A", "difference": 0.1}
+    bad = good | {"bars": 0.9, "difference": -2.0}
+
+    def check(listed: list[dict]) -> Check:
+        found = seldom_off([{"solver": one} for one in listed])
+        assert found is not None
+        return found
+
+    few = check([good] * 39 + [bad])
+    assert few.ok
+    assert "0.9 steps" in few.says
+    assert "in 1; the log-posterior by 0.1 in half of them, 2 at most" in few.says
+    assert not check([good] * 32 + [bad] * 8).ok
+    assert not check([good] * 8 + [NO_END] * 2).ok
+    assert check([good] * 19 + [NO_END]).ok
+    assert seldom_off([{}, {"solver": None}]) is None  # older rows; motions, which nothing solves
 
 
 @pytest.mark.slow

@@ -10,6 +10,7 @@ from rigid.friction.models import BRISTLES, MEMORY, VISCOUS, FrictionModel
 from rigid.friction.starts import (
     constant_starts,
     dry_starts,
+    larger_start,
     memory_starts,
     prior_starts,
     searched_start,
@@ -32,9 +33,9 @@ FIRST_TURNS = 10
 """Turns of the program after which only the best start goes on."""
 BEGINNINGS = {BRISTLES: 2}
 """Starts of a model of dry friction; one of the others."""
-FIRST_DRY_TURNS, MOST_DRY_TURNS, LAST_DRY_TURNS = 2, 4, 2
-"""Turns after which only the best start of each model of dry friction goes on, how many more at
-most, and how many once all samples have their weights."""
+FIRST_DRY_TURNS, MOST_DRY_TURNS = 2, 4
+"""Turns after which only the best start of each model of dry friction goes on, and how many more
+follow before all slopes are taken with dry friction."""
 WIDTH = 16
 """Simulations side by side in the program of dry friction: one turn serves a step of all its
 models, which take 14."""
@@ -96,12 +97,13 @@ def fit_laws(asked: Asked, report: Report, shelf: Shelf = NOTHING_KEPT) -> Fitte
     kinds = (*KINDS, *frictions)
     plain = families(problem, (), together=True)[0]
     wide = dataclasses.replace(families(problem, frictions, together=True)[0], width=WIDTH)
-    viscous, dry = programs = Programs(Program(plain), Program(wide, plain))
+    viscous, dry = programs = Programs(Program(plain), Program(wide))
     layout = lay_out(problem)
     layout = layout.weighed((layout.weight > 0.0).astype(float))
     known = {"problem": problem, "given": given, "plain": plain, "wide": wide}
     known |= {name: getattr(layout, name) for name in ("channels", "channel", "time")}
     listed = [model for model in models if model.dry is not None]
+    beside = MEMORY if listed[0].memory else VISCOUS
 
     def viscous_fits() -> dict[str, LocalFit]:
         report("fit viscous friction")
@@ -111,13 +113,16 @@ def fit_laws(asked: Asked, report: Report, shelf: Shelf = NOTHING_KEPT) -> Fitte
 
     def dry_fits() -> tuple[dict[str, LocalFit], np.ndarray]:
         report("fit dry friction")
-        base = fits[MEMORY if listed[0].memory else VISCOUS]
+        base = fits[beside]
         starts = dry_starts(base, dry.family, listed, BEGINNINGS)
         begun = [(name, p) for name, points in starts.points.items() for p in points]
         if search is not None:
             report("search with dry friction")
             begun += [(one.name, searched_start(base, one, search(one))) for one in listed]
-        return _dry(dry, begun), starts.changes
+        rough = Program(wide, plain) if search is None else dry
+        ends = _dry(rough, begun)
+        report("fit dry friction to the end")
+        return _to_the_end(dry, ends, base, listed), starts.changes
 
     dry_ends, changes = shelf.once("dry", dry_fits, kinds, known)
     fits |= dry_ends
@@ -127,13 +132,10 @@ def fit_laws(asked: Asked, report: Report, shelf: Shelf = NOTHING_KEPT) -> Fitte
         best = max(fits.values(), key=lambda one: one.log_evidence)
         weight = facts(best, Traces.of(changes))
         out = {name: with_weights(one, weight) for name, one in fits.items()}
-        for program, names, turns in (
-            (viscous, (VISCOUS, MEMORY), MOST_TURNS),
-            (dry, tuple(model.name for model in listed), LAST_DRY_TURNS),
-        ):
-            ends = settled(program, [out[name] for name in names], turns)
-            out |= dict(zip(names, ends, strict=True))
-        return out
+        names = VISCOUS, MEMORY
+        ends = settled(viscous, [out[name] for name in names], MOST_TURNS)
+        out |= dict(zip(names, ends, strict=True))
+        return out | _to_the_end(dry, out, out[beside], listed)
 
     return FittedModels(programs, models, shelf.once("fits", last_fits, kinds, known))
 
@@ -162,12 +164,40 @@ def _best(program: Program, points: Sequence[Point]) -> LocalFit:
     return led(program, [max(ends, key=lambda one: one.value)])[0]
 
 
-def _dry(program: Program, begun: Sequence[tuple[str, Point]]) -> dict[str, LocalFit]:
-    """The best end of each model."""
-    here = expand(program, [point for _, point in begun])
-    ends = descended(program, here, FIRST_DRY_TURNS)
+def _dry(rough: Program, begun: Sequence[tuple[str, Point]]) -> dict[str, LocalFit]:
+    """The best end of each model after a few turns.
+
+    - `rough`: its slopes by what is not dry friction's are those without it where that saves time.
+    """
+    here = expand(rough, [point for _, point in begun])
+    ends = descended(rough, here, FIRST_DRY_TURNS)
     found: dict[str, LocalFit] = {}
     for (name, _), end in zip(begun, ends, strict=True):
         if name not in found or end.value > found[name].value:
             found[name] = end
-    return dict(zip(found, led(program, list(found.values()), MOST_DRY_TURNS), strict=True))
+    return dict(zip(found, led(rough, [*found.values()], MOST_DRY_TURNS), strict=True))
+
+
+def _to_the_end(
+    whole: Program, found: Mapping[str, LocalFit], base: LocalFit, listed: Sequence[FrictionModel]
+) -> dict[str, LocalFit]:
+    """Every model led to its optimum, the simplest first.
+
+    One that contains another is never the worse for it: where the other has come higher it begins
+    there.
+
+    - `whole`: gives all slopes with dry friction. Where friction carries much of what is read those
+      without it lead astray, and intervals from them are too narrow.
+    """
+    out: dict[str, LocalFit] = {}
+    for model in listed:
+        own = found[model.name]
+        points = [Point.beside(own, own.w)]
+        inner = [out[one.name] for one in listed if one.name in out and model.contains(one)]
+        if inner:
+            best = max(inner, key=lambda one: one.value)
+            points.append(larger_start(best, base, model))
+        begun = [one for one in expand(whole, points) if np.isfinite(one.value)]
+        highest = max(begun, key=lambda one: one.value, default=own)
+        out[model.name] = led(whole, [highest], MOST_TURNS)[0]
+    return out

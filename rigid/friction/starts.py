@@ -27,7 +27,7 @@ SHAPES = {0: 1, 1: 2, 2: 2, 3: 3, 4: 3}
 BRANCH = "mu_branch"
 """Name of the branches' friction."""
 SLIGHT = -2.5
-"""Quantile of the branches' priors at which memory begins beside a fit without."""
+"""Quantile of the priors at which what a model has more begins beside a fit without it."""
 CARRIED = (0.0, 0.5, 1.0)
 """Shares of the branches' friction that a constant coefficient may have to carry, tried in turn."""
 
@@ -117,6 +117,23 @@ def of_law(base: Hypothesis, model: FrictionModel) -> Hypothesis:
     assert model.dry is not None
     held, given = dict(base.held) | dict(model.held), dict(base.given) | dict(model.given)
     return dataclasses.replace(base, added=(model.dry,), held=held, given=given)
+
+
+def larger_start(smaller: LocalFit, base: LocalFit, model: FrictionModel) -> Point:
+    """Place at which a model of dry friction begins beside a fit of one that it contains.
+
+    - `base`: a fit without dry friction. What the smaller model lacks is as small as SLIGHT says,
+      or where its prior is centred.
+    """
+    old, new = smaller.hypothesis, of_law(base.hypothesis, model)
+    values = old.every(smaller.w)
+    known = set(old.labels)
+    own = [
+        standard_of(p.prior, values[label]) if label in known else SLIGHT * (old.held[label] == 0.0)
+        for label, p in zip(new.labels, new.parameters, strict=True)
+    ]
+    w = np.concatenate([own, smaller.w[len(old.labels) :]])
+    return Point(new, smaller.layout, w, smaller.z_noise)
 
 
 def dry_starts(

@@ -156,11 +156,20 @@ def against_reference(
 
     - `best`, `draws`: in z. - `tolerance`: of diffrax where steps solve the problem.
     """
+    return solved_again(problem, np.concatenate([best[None], picked(draws, seed)]), tolerance)
+
+
+def solved_again(
+    problem: Problem, z: Float[np.ndarray, "points size"], tolerance: float = TOLERANCE
+) -> SolverCheck | None:
+    """Solve points again by diffrax; None where there is nothing to solve.
+
+    - `tolerance`: of diffrax where steps solve the problem.
+    """
     if nothing_solved(problem):
         return None
     if problem.tolerance is not None:
         tolerance = FINER * problem.tolerance
-    z = np.concatenate([best[None], picked(draws, seed)])
     return compared(problem, *both_ways(problem, z, tolerance), tolerance)
 
 

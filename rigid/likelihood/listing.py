@@ -12,7 +12,7 @@ from rigid.io.errors import together
 from rigid.likelihood.effect_lookup import effects_named
 from rigid.likelihood.grouping import Grouping, explained
 from rigid.likelihood.groups import flow_name
-from rigid.likelihood.machine import constants, lay_out
+from rigid.likelihood.machine import able, constants, lay_out, placed_in
 from rigid.likelihood.machine_runs import starts
 from rigid.likelihood.parameters import Parameter, Parameters, collect, require_known
 from rigid.likelihood.per_record import (
@@ -85,9 +85,16 @@ def list_parameters(
 
 
 def of_candidates(spec: Spec) -> set[str]:
-    """Labels of the parameters of effects that the spec names as missing, perhaps."""
+    """Labels of the parameters of effects that the spec names as missing, perhaps.
+
+    In a machine at every joint at which they can act.
+    """
     where = f"{spec.path} [model] candidates"
     named = effects_named(spec.model.candidates or (), spec.path.parent, where)
+    if spec.machine is not None:
+        named = tuple(
+            placed_in(spec.machine, one, at.name) for one, at in able(spec.machine, named)
+        )
     infos = [info for effect in named for info in effect.parameters()]
     return {label for info in infos for label in (info.name, *info.labels)}
 

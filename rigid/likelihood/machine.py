@@ -164,18 +164,23 @@ def everywhere(
     What pushes two bodies at one place is the same at all joints between them there, unless it goes
     with the oil pressure; it is looked for at the first.
     """
-    places, out = lay_out(spec).places, []
-    for effect in effects:
-        seen = set()
-        for place in places:
-            if cannot_act(effect, place.oil):
+    seen, out = set(), []
+    for effect, place in able(spec, effects):
+        if effect.equation == PLUNGER and not answers_to_pressure(effect):
+            if (effect, place.way) in seen:
                 continue
-            if effect.equation == PLUNGER and not answers_to_pressure(effect):
-                if place.way in seen:
-                    continue
-                seen.add(place.way)
-            out.append(placed_in(spec, effect, place.name))
+            seen.add((effect, place.way))
+        out.append(placed_in(spec, effect, place.name))
     return tuple(out)
+
+
+def able(
+    spec: MachineSpec, effects: Iterable[type[AbstractEffect]]
+) -> Iterator[tuple[type[AbstractEffect], Place]]:
+    """Effects, each with every joint at which it can act."""
+    places = lay_out(spec).places
+    for effect in effects:
+        yield from ((effect, place) for place in places if not cannot_act(effect, place.oil))
 
 
 def scales_of(spec: MachineSpec) -> Scales:

@@ -115,13 +115,13 @@ def rank(
     """
     rng = np.random.default_rng([seed, 3])
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
-        every = _Around(fitted, asked, _points(fitted.known, rng, POINTS), seed, pool)
+        every = _Around(fitted, asked, points_of(fitted.known, rng, POINTS), seed, pool)
         ranked = []
         for number, change in enumerate(changes, start=1):
             ranked.append(every.ranked(change))
             report(number)
         ranked.sort(key=_order)
-        closer = _Around(fitted, asked, _points(fitted.known, rng, CLOSER), seed, pool)
+        closer = _Around(fitted, asked, points_of(fitted.known, rng, CLOSER), seed, pool)
         best = _Around(fitted, asked, fitted.known.found.optima[0].z[None], seed, pool)
         for place, one in enumerate(ranked[:LEADING]):
             if one.beyond is None:
@@ -220,7 +220,7 @@ class _Around:
         return Ranked(change, factor, beyond(most, limits_of(self.fitted.spec, change)))
 
 
-def _points(
+def points_of(
     known: Searched, rng: np.random.Generator, count: int
 ) -> Float[np.ndarray, "points size"]:
     """Points of the posterior: draws of the law over the modes, by their weights."""

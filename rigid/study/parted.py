@@ -9,11 +9,13 @@ from typing import Any
 from rigid.discovery.turn import Running, Turn, first_turn
 from rigid.discovery.workflow import tied
 from rigid.effects import AbstractEffect
+from rigid.inference.reference_check import SolverCheck
 from rigid.io.cli import Options
 from rigid.io.errors import InputError
 from rigid.io.files import write_text
 from rigid.io.progress import stages
 from rigid.likelihood.listing import given_priors
+from rigid.localfit.reference_check import against_reference
 from rigid.localfit.settled import state_of
 from rigid.planning.elsewhere import possible
 from rigid.planning.parting import Pair, Parting, between_effects
@@ -47,11 +49,18 @@ class Parted(CommandResult):
     starts: Check
 
     @cached_property
+    def solver(self) -> SolverCheck | None:
+        """The fit without the two, solved again by diffrax; None: nothing is solved."""
+        return against_reference(self.turn.fit.local, self.seed)
+
+    @cached_property
     def result(self) -> Mapping[str, Any]:
         """All of plan-between.json."""
-        local = self.turn.fit.local
+        local, solver = self.turn.fit.local, self.solver
         checks = [self.starts, optimum(state_of(local))]
-        return as_dict(self.question.spec, local, self.both, self.ranked, checks, self.seed)
+        checks += [] if solver is None else [solver.check]
+        made = as_dict(self.question.spec, local, self.both, self.ranked, checks, self.seed)
+        return made | {"solver": None if solver is None else solver.values()}
 
     def table(self) -> str:
         """What the command prints."""

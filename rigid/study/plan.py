@@ -6,9 +6,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from rigid.inference.calibrate import Asked, search_once
+from rigid.inference.reference_check import POINTS, SolverCheck, solved_again
 from rigid.inference.search_cache import Searched
 from rigid.io.cli import Options
 from rigid.io.files import write_text
@@ -16,7 +18,7 @@ from rigid.io.progress import stage
 from rigid.planning.change import stated
 from rigid.planning.pool import pool
 from rigid.planning.quantity import quantity_of, usual
-from rigid.planning.ranking import Fitted, Ranking, rank, weighed
+from rigid.planning.ranking import Fitted, Ranking, points_of, rank, weighed
 from rigid.records.record import Record
 from rigid.report.made import made as provenance
 from rigid.report.plan.output import as_csv, as_dict
@@ -42,9 +44,16 @@ class Plan(CommandResult):
     seed: int
 
     @cached_property
+    def solver(self) -> SolverCheck | None:
+        """The best fit and points of the posterior, solved again by diffrax."""
+        found, rng = self.known.found, np.random.default_rng([self.seed, 4])
+        points = points_of(self.known, rng, POINTS - 1)
+        return solved_again(found.problem, np.concatenate([found.optima[0].z[None], points]))
+
+    @cached_property
     def result(self) -> Mapping[str, Any]:
         """All of plan.json."""
-        return as_dict(self.spec, self.known, self.ranking, self.seed)
+        return as_dict(self.spec, self.known, self.solver, self.ranking, self.seed)
 
     def table(self) -> str:
         """What the command prints."""

@@ -26,6 +26,7 @@ from rigid.validation.draws import Weighted, chained, of_chain, sliced, weighted
 from rigid.validation.missed import missed
 from rigid.validation.ranks import ranks
 from rigid.validation.score import SCORE, Score, score
+from rigid.validation.solved import solved
 
 FARTHEST = 3.0
 """Prior sds from the centre to which truths are moved that a descent begins at."""
@@ -38,7 +39,7 @@ def one(given: Given) -> dict[str, Any]:
     Returns `ranks` by quantity; `width` (posterior sd over prior sd), `error` (posterior mean less
     truth, in posterior sds) and `foretold` (the same, as the slope at the truth has it) by
     parameter; that slope's length; how the posterior was summed; by how much the search missed the
-    better optimum; what was shifted.
+    better optimum; what was shifted; how far steps are from diffrax at the truth.
     """
     spec, design, number = read_arguments(given)
     if design.broken == IGNORED:
@@ -73,6 +74,7 @@ def one(given: Given) -> dict[str, Any]:
             "width": _rounded(dict(zip(labels, sd, strict=True))),
             "error": _rounded(dict(zip(labels, (draws.mean - truth) / sd, strict=True))),
             "shifted": _told_shift(problem, campaign, draws),
+            "solver": solved(campaign.problem, campaign.z),
         }
         | _told_slope(slope)
     )

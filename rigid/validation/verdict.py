@@ -11,6 +11,7 @@ from rigid.validation.design import FULL, SLOPES, Design
 from rigid.validation.missed import seldom_missed
 from rigid.validation.ranks import LOG_POSTERIOR, TARP, WEIGHT
 from rigid.validation.score import SCORE, Slopes, slopes
+from rigid.validation.solved import seldom_off
 from rigid.validation.tested import ALPHA, EVERY, JOINT, Part, Tested, tests
 
 FEWEST = 20
@@ -27,7 +28,8 @@ class Verdict:
       quantities together, of all replicates and of those drawn in one way. - `replicates`: used.
     - `unreliable`: fitted, but with sums that cannot be trusted; left out. - `failed`: not fitted.
     - `slopes`: at the truths; None for rows without any. - `searched`: whether searches find the
-      best optimum; None where nothing was fitted.
+      best optimum; None where nothing was fitted. - `solver`: whether steps are diffrax's at the
+      truths; None where nothing was fitted, or nothing is solved.
     - `refused`: draws that the readers refused, over all replicates. - `cpu_s`: CPU time of all.
     - `alarms`: of discovery on the same campaigns; None where it was not asked.
     """
@@ -37,6 +39,7 @@ class Verdict:
     held: tuple[Held, ...]
     slopes: Slopes | None
     searched: Check | None
+    solver: Check | None
     replicates: int
     unreliable: int
     failed: int
@@ -53,9 +56,9 @@ class Verdict:
         if self.design.fit == SLOPES:
             return (self._enough, self._alone)
         together = (self._together,) if self.held else ()
-        search = () if self.searched is None else (self.searched,)
+        apart = (one for one in (self.searched, self.solver) if one is not None)
         both = (self._marginal, self._joint, *together)
-        return (self._enough, self._reliable, *search, *both, *heard)
+        return (self._enough, self._reliable, *apart, *both, *heard)
 
     @property
     def usable(self) -> bool:
@@ -194,6 +197,7 @@ def verdict(design: Design, rows: Sequence[Mapping[str, Any]]) -> Verdict:
         held=together,
         slopes=slopes(used),
         searched=seldom_missed(used),
+        solver=seldom_off(used),
         replicates=len(used),
         unreliable=len(done) - len(used),
         failed=len(rows) - len(done),

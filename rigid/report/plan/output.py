@@ -4,6 +4,7 @@ import dataclasses
 from typing import Any
 
 from rigid.inference.proposal import UNRELIABLE
+from rigid.inference.reference_check import SolverCheck
 from rigid.inference.search_cache import Searched
 from rigid.inference.summary import Check
 from rigid.io.files import csv_text, finite
@@ -21,10 +22,16 @@ SETTINGS = ("preload", "flow", "drive", "duration", "interval", "ranges")
 """What of a record may be changed, as in [[plan.records]]."""
 
 
-def as_dict(spec: Spec, known: Searched, found: Ranking, seed: int) -> dict[str, Any]:
-    """What goes to plan.json; SI, factors are of the standard deviation."""
+def as_dict(
+    spec: Spec, known: Searched, solver: SolverCheck | None, found: Ranking, seed: int
+) -> dict[str, Any]:
+    """What goes to plan.json; SI, factors are of the standard deviation.
+
+    - `solver`: the check at points of the posterior; None where nothing is solved.
+    """
     problem = known.found.problem
     checks = [optimum(known.found.settled), _law(known)]
+    checks += [] if solver is None else [solver.check]
     quantities = [
         {"name": name, "unit": unit, "median": finite(m), "sd": finite(s)}
         for name, unit, m, s in zip(
@@ -39,6 +46,7 @@ def as_dict(spec: Spec, known: Searched, found: Ranking, seed: int) -> dict[str,
         "checks": [one.values() for one in checks],
         "quantities": quantities,
         "records": [_record(one, quantities) for one in found.ranked],
+        "solver": None if solver is None else solver.values() | {"says": solver.says},
         "seed": seed,
         **taken(spec, problem, listed(problem, known.found.aside)),
     }
