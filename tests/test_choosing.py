@@ -52,7 +52,7 @@ from rigid.likelihood.tracks import Series
 from rigid.localfit import leave_one_out as leaving
 from rigid.localfit import trust_region as stepping
 from rigid.localfit.ascent import CLOSE, descended, led
-from rigid.localfit.expansion import Point, Program, expand, expanded
+from rigid.localfit.expansion import Point, expand, expanded
 from rigid.localfit.families import Family, families
 from rigid.localfit.hypothesis import Hypothesis
 from rigid.localfit.integral import Amplitude, evidence, shape
@@ -60,6 +60,7 @@ from rigid.localfit.leave_one_out import Judged, left_out, units
 from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import data_of, lay_out, terms
 from rigid.localfit.scatter import CAMPAIGNS, Judge, Scattered, scattered
+from rigid.localfit.signature import reads
 from rigid.localfit.trust_region import ENOUGH_OF_IT, Model, moved_within, promised, solved
 from rigid.planning.change import Change
 from rigid.planning.parting import Parting
@@ -110,8 +111,8 @@ def fits(made: Problem) -> tuple[Family, dict[str, LocalFit]]:
     out = {}
     for law in (CONSTANT, ONE_BRANCH):
         hypothesis = Hypothesis(made, held=law.held)
-        begun = expand(Program(family), prior_starts(hypothesis, lay_out(made), 1, 0))
-        out[law.name] = led(Program(family), begun)[0]
+        begun = expand(family, prior_starts(hypothesis, lay_out(made), 1, 0))
+        out[law.name] = led(family, begun)[0]
     return family, out
 
 
@@ -265,7 +266,7 @@ def held_at(family: Family, made: Problem, value: float, at: LocalFit) -> LocalF
     keep = np.array([label != "mu_branch[1]" for label in at.hypothesis.labels])
     w = at.w[np.concatenate([keep, np.ones(len(at.w) - len(keep), dtype=bool)])]
     point = Point(hypothesis, at.layout, w, at.z_noise)
-    return led(Program(family), expand(Program(family), [point]))[0]
+    return led(family, expand(family, [point]))[0]
 
 
 @pytest.mark.slow
@@ -312,12 +313,12 @@ def test_a_valley_that_is_bent_in_logarithms_is_walked_in_a_few_turns(plain, mon
     """
     family, found = plain
     like = found[WITH_MEMORY]
-    begun = expand(Program(family), prior_starts(like.hypothesis, like.layout, 1, 0))
-    ends = descended(Program(family), begun, 6)
+    begun = expand(family, prior_starts(like.hypothesis, like.layout, 1, 0))
+    ends = descended(family, begun, 6)
     assert promised(ends[0]) < CLOSE
     monkeypatch.setattr(stepping, "log_factors_of", lambda local: np.zeros(len(local.w)))
     monkeypatch.setattr(stepping.Model, "bent", lambda _, d, damping: d)  # noqa: ARG005
-    bent = descended(Program(family), begun, 6)
+    bent = descended(family, begun, 6)
     assert bent[0].value < ends[0].value - 100.0
 
 
@@ -368,12 +369,12 @@ def test_left_out_records_are_predicted_as_a_fit_without_them_says(plain):
     local = found[VISCOUS]
     parts = units(local, None)
     assert len(parts) == 3
-    quick = left_out({VISCOUS: Judged(local)}, parts, Program(family))[VISCOUS]
+    quick = left_out({VISCOUS: Judged(local)}, parts, family)[VISCOUS]
     assert not quick.refitted.any()
     for rows, density in zip(parts, quick.density, strict=True):
         less = local.layout.weighed(np.where(rows, 0.0, local.layout.weight))
         point = Point(local.hypothesis, less, local.w, local.z_noise)
-        again = descended(Program(family), expand(Program(family), [point]))[0]
+        again = descended(family, expand(family, [point]))[0]
         assert density == pytest.approx(evidence(local, {}) - evidence(again, {}), abs=0.1)
 
 
@@ -385,7 +386,7 @@ def test_left_out_records_fitted_again_say_what_the_parabola_says(plain, monkeyp
     parts = units(found[VISCOUS], None)
     quick = left_out(judged, parts)
     monkeypatch.setattr(leaving, "FAR", 0.0)
-    again = left_out(judged, parts, Program(family))
+    again = left_out(judged, parts, family)
     for name, one in again.items():
         assert one.refitted.all()
         assert not quick[name].refitted.any()
@@ -394,30 +395,31 @@ def test_left_out_records_fitted_again_say_what_the_parabola_says(plain, monkeyp
 
 
 @pytest.mark.slow
-def test_slopes_of_the_model_without_an_effect_serve_where_it_is_absent(plain):
-    """All slopes by one program against those by two, at an amplitude of nothing.
+def test_slopes_beside_dry_friction_are_those_with_it(plain):
+    """Where friction carries much of what is read, slopes without it lead a fit astray.
 
-    CONSTANT holds a number of the model that the problem knows, another than it knows it.
+    Changes of readings over a hundred times the step by which slopes are taken, with friction as
+    strong as its prior has it and without.
     """
-    family, found = plain
+    _, found = plain
     constant = found[VISCOUS]
-    made, force = constant.layout.problem, CATALOGUE["constant-force"]
-    hypothesis = Hypothesis(made, (force,), held=CONSTANT.held)
+    made, friction = constant.layout.problem, CATALOGUE["coulomb-friction"]
+    hypothesis = Hypothesis(made, (friction,), held=CONSTANT.held)
+    wide = families(made, (friction,), together=True)[0]
     count = len(constant.hypothesis.parameters)
-    w = np.insert(constant.w, count, 0.0)
-    point = Point(hypothesis, constant.layout, w, constant.z_noise)
-    wide = families(made, (force,), together=True)[0]
-    (whole,), (parted,) = (expand(p, [point]) for p in (Program(wide), Program(wide, family)))
-    assert hypothesis.labels[count] == "F_constant"
-    assert whole.value == pytest.approx(constant.value, abs=1e-6)
-    assert parted.value == whole.value
-    size = np.abs(whole.design).max(axis=0)
-    assert size[count] > 0.0
-    np.testing.assert_allclose(
-        parted.design / size, whole.design / size, atol=1e-6
-    )  # a column each, in units of its largest entry
-    assert Program(wide, family).own(hypothesis) == [count]
-    assert Program(wide, family).lanes(hypothesis) == 1
+    w = np.insert(constant.w, count, [2.0, 0.0])
+    assert hypothesis.labels[count:] == ("F_C", "presliding")
+    at = hypothesis.labels.index("mu")
+    ahead = w.copy()
+    ahead[at] += 1e-4
+    points = [Point(hypothesis, constant.layout, one, constant.z_noise) for one in (w, ahead)]
+    here, there = expand(wide, points)
+    rise = (reads(here) * (there.reading - here.reading))[:, None] / 1e-4
+    slopes = [one.design[:, at : at + 1] for one in (here, constant)]
+    size = np.linalg.norm(rise)
+    own, without = (float(np.linalg.norm(one - rise)) / size for one in slopes)
+    assert own < 1e-3, own
+    assert without > 0.05, without
 
 
 @pytest.mark.slow
@@ -505,7 +507,7 @@ def test_errors_are_what_differences_scatter_by(plain):
 def test_two_laws_compared_from_fits_to_the_page(plain):
     """All of it but dry friction: where there is no memory the larger law is tied or behind."""
     family, found = plain
-    fitted = FittedModels(Programs(Program(family), Program(family)), (CONSTANT, ONE_BRANCH), found)
+    fitted = FittedModels(Programs(family, family), (CONSTANT, ONE_BRANCH), found)
     compared = compare(fitted, 5)
     first, second = compared.standings
     assert first.model.name == VISCOUS

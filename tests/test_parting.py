@@ -12,7 +12,7 @@ from rigid import load, plan
 from rigid.inference.few_starts import best_of_few
 from rigid.io.errors import InputError
 from rigid.localfit.candidates import candidates
-from rigid.localfit.expansion import Point, Program, expand
+from rigid.localfit.expansion import Point, expand
 from rigid.localfit.families import families
 from rigid.localfit.hypothesis import Hypothesis, start
 from rigid.localfit.local import LocalFit
@@ -47,9 +47,7 @@ def pair_of(study, at: dict[str, float]) -> Pair:
     noise = np.array(
         [at.get(p.label, 0.0) for p in problem.parameters.sampled if p.base == "noise"]
     )
-    (local,) = expand(
-        Program(programs[0]), [Point(Hypothesis(problem), lay_out(problem), w, noise)]
-    )
+    (local,) = expand(programs[0], [Point(Hypothesis(problem), lay_out(problem), w, noise)])
     both = (candidates([effects[0]], 1)[0], candidates([effects[1]], 1)[0])
     return Pair(local, programs, both, 5.0)
 
@@ -72,7 +70,7 @@ def rivals(study) -> Rivals:
     """Two drags held, each at its fit, as two hypotheses."""
     problem = study.problem
     found = best_of_few(problem, 4, 1)
-    program = Program(families(problem, (), together=True)[0])
+    program = families(problem, (), together=True)[0]
     locals_ = []
     for drag in (90.0, 150.0):
         hypothesis = Hypothesis(problem, held={"mu": drag})
@@ -128,7 +126,7 @@ def campaign(tmp_path_factory):
 def test_a_candidate_stands_in_place_of_the_record_it_is_like(campaign):
     """Samples of both cylinders, their weights, and the flow fraction that is set."""
     problem = campaign.problem
-    program = Program(families(problem, (), together=True)[0])
+    program = families(problem, (), together=True)[0]
     z = np.zeros(problem.parameters.size)
     w = start(problem, z, np.zeros((len(problem.sensors), 2)))
     noise = np.zeros(sum(p.base == "noise" for p in problem.parameters.sampled))

@@ -22,10 +22,11 @@ from rigid.likelihood.groups import SlowGroup
 from rigid.likelihood.priors import Lognormal, Normal
 from rigid.likelihood.problem import Problem
 from rigid.likelihood.tracks import Series
+from rigid.localfit import expansion
 from rigid.localfit.ascent import refined
 from rigid.localfit.candidates import candidates
 from rigid.localfit.evidence import Bundle, amplitudes, log_bayes
-from rigid.localfit.expansion import Point, Program, expanded
+from rigid.localfit.expansion import Point, expanded
 from rigid.localfit.families import Family, families, quiet_values, sweep
 from rigid.localfit.hidden_inputs import HiddenDrag
 from rigid.localfit.hypothesis import Hypothesis, start, widened
@@ -232,12 +233,10 @@ def test_numbers_of_one_record_each_that_change_together_have_the_slopes_they_ha
     monkeypatch,
 ):
     local, _ = fitted(campaign(305))
-    program = Program(local.family)
-    together = program.directions(local.hypothesis)
-    assert sorted(i for some in together for i in some) == program.own(local.hypothesis)
-    assert len(together) < len(local.hypothesis.parameters)
-    alone = [[i] for i in program.own(local.hypothesis)]
-    monkeypatch.setattr(Program, "directions", lambda *_: alone)
+    together, count = expansion.directions(local.hypothesis), len(local.hypothesis.parameters)
+    assert sorted(i for some in together for i in some) == list(range(count))
+    assert len(together) < count
+    monkeypatch.setattr(expansion, "directions", lambda _: [[i] for i in range(count)])
     again = expanded(local.family, Point.beside(local, local.w))
     np.testing.assert_allclose(again.design, local.design, rtol=1e-9, atol=1e-12)
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +18,7 @@ from rigid.localfit.families import Family
 from rigid.localfit.hypothesis import Hypothesis, widened
 from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import Layout, Terms
-from rigid.localfit.settled import below, nearer_priors, unsettled
+from rigid.localfit.settled import below, labels_of, nearer_priors, unsettled
 
 MOST = 4
 """Effects that are fitted in full, at most."""
@@ -100,10 +101,32 @@ def worth_refitting(evidence: Mapping[str, float], alone: Mapping[str, float]) -
     return sorted(near, key=lambda name: (alone[name] <= 0.0, -evidence[name]))[:MOST]
 
 
-def begin(fit: Fitted, found: Explained, name: str, w: np.ndarray | None = None) -> Begun:
+class Place(NamedTuple):
+    """Where a fit with an effect may begin in place of the fit without it.
+
+    - `w` (size,): of the fit without it. - `own`: SI values of the effect's numbers, by label, that
+      go before those of its candidate.
+    """
+
+    w: np.ndarray
+    own: Mapping[str, float] = MappingProxyType({})
+
+
+def place_of(one: Refit) -> Place:
+    """Where a fit with a twin of an effect begins: at the fit with that one.
+
+    Numbers that both have by one name, such as the force of dry friction, stay what they are.
+    """
+    hypothesis, w = one.after.hypothesis, one.after.w
+    known = dict(zip(labels_of(hypothesis), w, strict=True))
+    values = {label: value for label, (value, _) in hypothesis.values(w).items()}
+    return Place(np.array([known[label] for label in labels_of(one.before.hypothesis)]), values)
+
+
+def begin(fit: Fitted, found: Explained, name: str, place: Place | None = None) -> Begun:
     """Take the first turns of a fit with the effect `name`, from its best candidate on.
 
-    - `fit`: without it. - `w` (size,): where to begin in place of where that stands.
+    - `fit`: without it. - `place`: where to begin in place of where that stands.
     """
     base, number = fit.local, found.best_of(name)
     candidate = found.listed[number]
@@ -111,7 +134,7 @@ def begin(fit: Fitted, found: Explained, name: str, w: np.ndarray | None = None)
     before = base
     if any(not e.steady for e in family.effects):
         before = refined(expanded(family, Point.beside(base, base.w)), BEFORE_STEPS)
-    start = _start(before, found, number, family, w)
+    start = _start(before, found, number, family, place)
     return Begun(number, before, refined(start, FIRST_STEPS) if start.finite else start)
 
 
@@ -147,7 +170,7 @@ def _followed(found: Explained, begun: Begun, rival: float) -> LocalFit:
     """
     number, before, after = begun
     starts = [after]
-    starts += [_start(before, found, number, after.family, w) for w in nearer_priors(before)]
+    starts += [_start(before, found, number, after.family, Place(w)) for w in nearer_priors(before)]
     for start in starts:
         if start.finite:
             after = max(after, refined(start, rival=max(rival, _height(after))), key=_height)
@@ -163,18 +186,18 @@ def _start(
     found: Explained,
     number: int,
     family: Family,
-    w: np.ndarray | None = None,
+    place: Place | None = None,
     absent: bool = False,
 ) -> LocalFit:
     """The likelihood with an effect where a fit with it begins.
 
-    - `before`: the fit without. - `number`: of the candidate. - `w`: in place of that fit's.
+    - `before`: the fit without. - `number`: of the candidate. - `place`: in place of that fit's.
     - `absent`: with its amplitude as near to absence as its prior goes.
     """
-    one = found.listed[number]
+    one, place = found.listed[number], Place(before.w) if place is None else place
     extended = before.hypothesis.plus(one.effect, one.only, one.priors)
-    own = _beginning(found, number, extended, absent)
-    w = widened(before.w if w is None else w, len(before.layout.problem.sensors), own)
+    own = _beginning(found, number, extended, absent, place.own)
+    w = widened(place.w, len(before.layout.problem.sensors), own)
     return expanded(family, Point(extended, before.layout, w, before.z_noise))
 
 
@@ -183,17 +206,24 @@ def _height(local: LocalFit) -> float:
     return local.value if local.finite else -np.inf
 
 
-def _beginning(found: Explained, number: int, extended: Hypothesis, absent: bool) -> list[float]:
+def _beginning(
+    found: Explained,
+    number: int,
+    extended: Hypothesis,
+    absent: bool,
+    own: Mapping[str, float],
+) -> list[float]:
     """Standard normal quantiles of an added effect's parameters at its best candidate.
 
-    - `absent`: with its amplitude as near to absence as its prior goes.
+    - `absent`: with its amplitude as near to absence as its prior goes. - `own`: values that go
+      before the candidate's.
     """
     one = found.listed[number]
     slope = float(found.screening.slope[number])
     information = float(found.screening.information[number, number])
     quantile = most_probable(slope, information, amplitudes(one.prior, one.absent))
     amplitude = one.absent if absent else one.departure(quantile)
-    values = dict(one.shape) | {one.amplitude: amplitude}
+    values = dict(one.shape) | {one.amplitude: amplitude} | dict(own)
     out = []
     for parameter in extended.brought_by(one.effect):
         if parameter.label not in values:  # a record's own, of which the candidate says nothing

@@ -10,7 +10,7 @@ import numpy as np
 from rigid.discovery.base_fit import begun_at, led_on
 from rigid.discovery.fitted import Fitted
 from rigid.discovery.near import held_near, let_go
-from rigid.discovery.refit import NO_LEAD, Lead, Refit, begin, lead_of, refit
+from rigid.discovery.refit import NO_LEAD, Lead, Place, Refit, begin, lead_of, place_of, refit
 from rigid.discovery.signatures import Bench, laid_out
 from rigid.discovery.weighing.explain import Explained, explain
 from rigid.io.cache import NOTHING_KEPT, Shelf
@@ -81,18 +81,24 @@ class Turn:
         return Turn(fit, laid_out(fit, effects, NOTHING_KEPT), running)
 
     def refits(
-        self, names: Sequence[str], lead: Lead = NO_LEAD, near: "Turn | None" = None
+        self,
+        names: Sequence[str],
+        lead: Lead = NO_LEAD,
+        near: "Turn | None" = None,
+        twin: Refit | None = None,
     ) -> dict[str, Refit]:
         """Fit the model with each of some effects added, the one first that comes furthest.
 
         - `lead`: of an effect that was fitted before. - `near`: where the effects were weighed, and
-          the fits begin, if not around the fit itself.
+          the fits begin, if not around the fit itself. - `twin`: with an effect of the same
+          signature, where they begin.
         """
-        at, begun = near or self, {}
-        w = None if near is None else let_go(near.fit.local, self.fit.local)
+        at, place, begun = near or self, None if twin is None else place_of(twin), {}
+        if near is not None:
+            place = Place(let_go(near.fit.local, self.fit.local))
         for name in names:
             self.running.report(f"fit with {name}")
-            begun[name] = begin(self.fit, at.found, name, w)
+            begun[name] = begin(self.fit, at.found, name, place)
         out: dict[str, Refit] = {}
         for name in sorted(names, key=lambda name: -begun[name].height):
             out[name] = refit(self.fit, at.found, begun[name], lead, at.running.shelf)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from rigid.discovery.refit import MOST, NO_LEAD, Lead, Refit, lead_of, worth_refitting
+from rigid.discovery.refit import MOST, MUCH, NO_LEAD, Lead, Refit, lead_of, worth_refitting
 from rigid.discovery.signatures import Bench
 from rigid.discovery.turn import Running, Turn, first_turn
 from rigid.discovery.weighing.explain import Explained
@@ -196,10 +196,27 @@ def _fitted_in_full(turn: Turn) -> tuple[Odds, dict[str, Refit]]:
     for _ in range(MOST if refits else 0):
         evidence = said().evidence
         first = max(evidence, key=lambda name: evidence[name])
-        if first in refits or evidence[first] <= 0.0:
+        if evidence[first] <= 0.0:
             break
-        refits |= turn.refits([first], _best(refits))
+        if first not in refits:
+            refits |= turn.refits([first], _best(refits))
+        elif more := _unsure(found, refits, first):
+            refits |= turn.refits(more, _best(refits), twin=refits[first])
+        else:
+            break
     return said(), refits
+
+
+def _unsure(found: Explained, refits: Mapping[str, Refit], name: str) -> list[str]:
+    """Twins of an effect to fit in full: what a fit changed by much may not hold for them.
+
+    Signatures are of small amplitudes. Where a fit brings far more than they promised, by how much
+    one twin is ahead of another is not known before all have been fitted.
+    """
+    if abs(refits[name].log_bayes - found.effects[name]) < MUCH:
+        return []
+    twins = [n for n in found.alike(name) if n not in refits]
+    return sorted(twins, key=lambda n: -found.effects[n])[: MOST - 1]
 
 
 def _best(refits: Mapping[str, Refit]) -> Lead:

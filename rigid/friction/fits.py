@@ -18,9 +18,9 @@ from rigid.friction.starts import (
 from rigid.io.cache import NOTHING_KEPT, Shelf
 from rigid.likelihood.priors import LAWS, AbstractPrior
 from rigid.likelihood.problem import Problem
-from rigid.localfit.ascent import MOST_TURNS, descended, led, settled
-from rigid.localfit.expansion import Point, Program, expand
-from rigid.localfit.families import families
+from rigid.localfit.ascent import MOST_TURNS, descended, led, refined, settled
+from rigid.localfit.expansion import Point, expand
+from rigid.localfit.families import Family, families
 from rigid.localfit.hypothesis import Hypothesis
 from rigid.localfit.leftover import Traces
 from rigid.localfit.local import LocalFit, with_weights
@@ -33,12 +33,10 @@ FIRST_TURNS = 10
 """Turns of the program after which only the best start goes on."""
 BEGINNINGS = {BRISTLES: 2}
 """Starts of a model of dry friction; one of the others."""
-FIRST_DRY_TURNS, MOST_DRY_TURNS = 2, 4
-"""Turns after which only the best start of each model of dry friction goes on, and how many more
-follow before all slopes are taken with dry friction."""
-WIDTH = 16
-"""Simulations side by side in the program of dry friction: one turn serves a step of all its
-models, which take 14."""
+FIRST_DRY_TURNS = 2
+"""Turns after which only the best start of each model of dry friction goes on."""
+WIDTH = 24
+"""Simulations side by side in the program of dry friction: a step of a model takes some 20."""
 
 KINDS = (LocalFit, Hypothesis, Layout, Terms, *LAWS.values())
 """What fits are made of, beside dry friction."""
@@ -49,10 +47,10 @@ Report = Callable[[str], None]
 class Programs(NamedTuple):
     """The compiled programs."""
 
-    viscous: Program
-    dry: Program
+    viscous: Family
+    dry: Family
 
-    def of(self, model: FrictionModel) -> Program:
+    def of(self, model: FrictionModel) -> Family:
         """The one that holds a model."""
         return self.viscous if model.dry is None else self.dry
 
@@ -97,7 +95,7 @@ def fit_laws(asked: Asked, report: Report, shelf: Shelf = NOTHING_KEPT) -> Fitte
     kinds = (*KINDS, *frictions)
     plain = families(problem, (), together=True)[0]
     wide = dataclasses.replace(families(problem, frictions, together=True)[0], width=WIDTH)
-    viscous, dry = programs = Programs(Program(plain), Program(wide))
+    viscous, dry = programs = Programs(plain, wide)
     layout = lay_out(problem)
     layout = layout.weighed((layout.weight > 0.0).astype(float))
     known = {"problem": problem, "given": given, "plain": plain, "wide": wide}
@@ -114,15 +112,12 @@ def fit_laws(asked: Asked, report: Report, shelf: Shelf = NOTHING_KEPT) -> Fitte
     def dry_fits() -> tuple[dict[str, LocalFit], np.ndarray]:
         report("fit dry friction")
         base = fits[beside]
-        starts = dry_starts(base, dry.family, listed, BEGINNINGS)
+        starts = dry_starts(base, dry, listed, BEGINNINGS)
         begun = [(name, p) for name, points in starts.points.items() for p in points]
         if search is not None:
             report("search with dry friction")
             begun += [(one.name, searched_start(base, one, search(one))) for one in listed]
-        rough = Program(wide, plain) if search is None else dry
-        ends = _dry(rough, begun)
-        report("fit dry friction to the end")
-        return _to_the_end(dry, ends, base, listed), starts.changes
+        return _to_the_end(dry, _dry(dry, begun), base, listed), starts.changes
 
     dry_ends, changes = shelf.once("dry", dry_fits, kinds, known)
     fits |= dry_ends
@@ -141,7 +136,7 @@ def fit_laws(asked: Asked, report: Report, shelf: Shelf = NOTHING_KEPT) -> Fitte
 
 
 def _viscous(
-    program: Program, hypothesis: Hypothesis, layout: Layout, constant: FrictionModel, seed: int
+    program: Family, hypothesis: Hypothesis, layout: Layout, constant: FrictionModel, seed: int
 ) -> dict[str, LocalFit]:
     """Fits with memory, and without; with memory once more from the fit without.
 
@@ -154,7 +149,7 @@ def _viscous(
     return {VISCOUS: still, MEMORY: max(memory, again, key=lambda one: one.value)}
 
 
-def _best(program: Program, points: Sequence[Point]) -> LocalFit:
+def _best(program: Family, points: Sequence[Point]) -> LocalFit:
     """The best of several starts after a few turns, led to its end.
 
     Those at which nothing can be simulated are left out.
@@ -164,30 +159,23 @@ def _best(program: Program, points: Sequence[Point]) -> LocalFit:
     return led(program, [max(ends, key=lambda one: one.value)])[0]
 
 
-def _dry(rough: Program, begun: Sequence[tuple[str, Point]]) -> dict[str, LocalFit]:
-    """The best end of each model after a few turns.
-
-    - `rough`: its slopes by what is not dry friction's are those without it where that saves time.
-    """
-    here = expand(rough, [point for _, point in begun])
-    ends = descended(rough, here, FIRST_DRY_TURNS)
+def _dry(program: Family, begun: Sequence[tuple[str, Point]]) -> dict[str, LocalFit]:
+    """The best of each model's starts after a few turns."""
+    here = expand(program, [point for _, point in begun])
     found: dict[str, LocalFit] = {}
-    for (name, _), end in zip(begun, ends, strict=True):
+    for (name, _), end in zip(begun, descended(program, here, FIRST_DRY_TURNS), strict=True):
         if name not in found or end.value > found[name].value:
             found[name] = end
-    return dict(zip(found, led(rough, [*found.values()], MOST_DRY_TURNS), strict=True))
+    return found
 
 
 def _to_the_end(
-    whole: Program, found: Mapping[str, LocalFit], base: LocalFit, listed: Sequence[FrictionModel]
+    program: Family, found: Mapping[str, LocalFit], base: LocalFit, listed: Sequence[FrictionModel]
 ) -> dict[str, LocalFit]:
     """Every model led to its optimum, the simplest first.
 
     One that contains another is never the worse for it: where the other has come higher it begins
     there.
-
-    - `whole`: gives all slopes with dry friction. Where friction carries much of what is read those
-      without it lead astray, and intervals from them are too narrow.
     """
     out: dict[str, LocalFit] = {}
     for model in listed:
@@ -197,7 +185,7 @@ def _to_the_end(
         if inner:
             best = max(inner, key=lambda one: one.value)
             points.append(larger_start(best, base, model))
-        begun = [one for one in expand(whole, points) if np.isfinite(one.value)]
+        begun = [one for one in expand(program, points) if np.isfinite(one.value)]
         highest = max(begun, key=lambda one: one.value, default=own)
-        out[model.name] = led(whole, [highest], MOST_TURNS)[0]
+        out[model.name] = refined(highest)
     return out

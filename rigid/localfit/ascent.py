@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from rigid.localfit.expansion import Point, Program, expand
+from rigid.localfit.expansion import Point, expand, lanes_of
+from rigid.localfit.families import Family
 from rigid.localfit.local import LOUDEST, LocalFit, fitted_noise, with_noise
 from rigid.localfit.trust_region import Bend, model_of, moved_within, promised
 
@@ -112,7 +113,7 @@ def _times(rise: float, gain: float) -> float:
     return 1.0 if rise > POOR * gain else SHORTER
 
 
-def led(program: Program, found: Sequence[LocalFit], turns: int = MOST_TURNS) -> list[LocalFit]:
+def led(program: Family, found: Sequence[LocalFit], turns: int = MOST_TURNS) -> list[LocalFit]:
     """Lead hypotheses to their optima and their noise levels to theirs.
 
     - `turns`: of the program, at most, before the noise levels move; half as many after.
@@ -120,7 +121,7 @@ def led(program: Program, found: Sequence[LocalFit], turns: int = MOST_TURNS) ->
     return settled(program, descended(program, found, turns), turns // 2)
 
 
-def settled(program: Program, found: Sequence[LocalFit], turns: int) -> list[LocalFit]:
+def settled(program: Family, found: Sequence[LocalFit], turns: int) -> list[LocalFit]:
     """Lead noise levels to their optima, then hypotheses to theirs."""
     return descended(program, [with_noise(one, fitted_noise(one)) for one in found], turns)
 
@@ -135,7 +136,7 @@ def refined(
 
     - `most`: turns. - `rival`: as in `Climb`. - `loudest`: greatest noise level, in prior sds.
     """
-    program = Program(local.family)
+    program = local.family
     climb = Climb(local, local, LONGEST, CLOSER, rival)
     while most > 0:
         begun, (climb,), used = climb.best, *_climbed(program, [climb], min(BETWEEN, most))
@@ -159,21 +160,21 @@ def given_up(local: LocalFit, rival: float) -> bool:
 
 
 def descended(
-    program: Program, found: Sequence[LocalFit], turns: int = MOST_TURNS, close: float = CLOSE
+    program: Family, found: Sequence[LocalFit], turns: int = MOST_TURNS, close: float = CLOSE
 ) -> list[LocalFit]:
     """Lead hypotheses uphill, noise levels held, for so many turns of the program at most."""
     climbs = [Climb(one, one, LONGEST, close) for one in found]
     return [climb.best for climb in _climbed(program, climbs, turns)[0]]
 
 
-def _climbed(program: Program, climbs: list[Climb], turns: int) -> tuple[list[Climb], int]:
+def _climbed(program: Family, climbs: list[Climb], turns: int) -> tuple[list[Climb], int]:
     """Take climbs on by so many turns of the program at most; give also how many it took."""
     for used in range(turns):
         open_ = [i for i, climb in enumerate(climbs) if climb.open]
         if not open_:
             return climbs, used
-        needed = sum(program.lanes(climbs[i].here.hypothesis) for i in open_)
-        tries = min(MOST_TRIES, max(1, program.family.lanes // needed))
+        needed = sum(lanes_of(program, climbs[i].here.hypothesis) for i in open_)
+        tries = min(MOST_TRIES, max(1, program.lanes // needed))
         steps = {i: _steps(climbs[i], tries) for i in open_}
         points = [
             Point.beside(climbs[i].here, climbs[i].here.w + step)

@@ -5,7 +5,6 @@ derivatives, and compile in a third. Steps of a steady rig follow it: a differen
 then hold one of their jumps, and be taken for a number that the records know to a millionth.
 """
 
-import dataclasses
 from collections.abc import Sequence
 from itertools import zip_longest
 from typing import NamedTuple
@@ -22,47 +21,6 @@ STEP = 1e-6
 """Change of w, in prior sds, whose difference gives a slope where derivatives cost much. Beside
 those, slopes were off by less than 0.1 noise sds (root of the sum over all samples) where their
 size was up to 1e5, log evidences by 1e-4."""
-
-
-@dataclasses.dataclass(frozen=True)
-class Program:
-    """A compiled program, and where slopes come from.
-
-    - `family`: simulates hypotheses, and gives all slopes where there is no
-    - `plain`: the program of the model without what the hypotheses add, whose turns cost next to
-      nothing: slopes by all numbers but the added effects' are taken from it, at the same values.
-    """
-
-    family: Family
-    plain: Family | None = None
-
-    def own(self, hypothesis: Hypothesis) -> list[int]:
-        """Entries of w by which `family` gives slopes."""
-        total = len(hypothesis.parameters)
-        return list(range(0 if self.plain is None else total - added_size(hypothesis), total))
-
-    def lanes(self, hypothesis: Hypothesis) -> int:
-        """Simulations by `family` that a point takes: one a direction, itself for differences."""
-        own = len(self.directions(hypothesis))
-        each = max(own, 1) if self.family.steady else 1 + own
-        return each * len(_scenes(hypothesis))
-
-    def directions(self, hypothesis: Hypothesis) -> list[list[int]]:
-        """Entries of w by which `family` gives slopes, those together that change in one lane.
-
-        A number of one record's own moves nothing of another (`rigid.inference.tangents`), so that
-        one such number of each record changes with those of the others.
-        """
-        shared: list[list[int]] = []
-        own: dict[str, list[int]] = {}
-        for i in self.own(hypothesis):
-            record = hypothesis.parameters[i].record
-            if record:
-                own.setdefault(record, []).append(i)
-            else:
-                shared.append([i])
-        rows = zip_longest(*own.values())
-        return shared + [[i for i in row if i is not None] for row in rows]
 
 
 class Point(NamedTuple):
@@ -97,7 +55,7 @@ class Swept(NamedTuple):
     """Ideal readings of a point, and their slopes by the entries that the program has slopes of."""
 
     reading: Float[np.ndarray, " n"]
-    slopes: Float[np.ndarray, "n own"]
+    slopes: Float[np.ndarray, "n numbers"]
 
 
 def _scenes(hypothesis: Hypothesis) -> list[Scene]:
@@ -110,21 +68,45 @@ def _scenes(hypothesis: Hypothesis) -> list[Scene]:
     return scenes
 
 
-def expand(program: Program, points: Sequence[Point]) -> list[LocalFit]:
+def lanes_of(family: Family, hypothesis: Hypothesis) -> int:
+    """Simulations that a point takes: one a direction, itself for differences."""
+    along = len(directions(hypothesis))
+    each = max(along, 1) if family.steady else 1 + along
+    return each * len(_scenes(hypothesis))
+
+
+def directions(hypothesis: Hypothesis) -> list[list[int]]:
+    """Entries of w by which there are slopes, those together that change in one lane.
+
+    A number of one record's own moves nothing of another (`rigid.inference.tangents`), so that one
+    such number of each record changes with those of the others.
+    """
+    shared: list[list[int]] = []
+    own: dict[str, list[int]] = {}
+    for i, one in enumerate(hypothesis.parameters):
+        if one.record:
+            own.setdefault(one.record, []).append(i)
+        else:
+            shared.append([i])
+    rows = zip_longest(*own.values())
+    return shared + [[i for i in row if i is not None] for row in rows]
+
+
+def expand(family: Family, points: Sequence[Point]) -> list[LocalFit]:
     """Expand the likelihoods of hypotheses in one sweep of a program that holds them all."""
-    found = (_derivatives if program.family.steady else _differences)(program, points)
+    found = (_derivatives if family.steady else _differences)(family, points)
     out, at = [], 0
-    for point, known in zip(points, _known_slopes(program, points), strict=True):
+    for point in points:
         scenes = _scenes(point.hypothesis)
         swept = _composed(point.layout, scenes, found[at : at + len(scenes)])
         at += len(scenes)
-        out.append(_laid(program.family, point, swept, known))
+        out.append(_laid(family, point, swept))
     return out
 
 
 def expanded(family: Family, point: Point) -> LocalFit:
-    """Expand the likelihood of one hypothesis, all slopes by the program's own derivatives."""
-    return expand(Program(family), [point])[0]
+    """Expand the likelihood of one hypothesis."""
+    return expand(family, [point])[0]
 
 
 def _composed(layout: Layout, scenes: Sequence[Scene], found: Sequence[Swept]) -> Swept:
@@ -137,25 +119,16 @@ def _composed(layout: Layout, scenes: Sequence[Scene], found: Sequence[Swept]) -
     return Swept(reading, slopes)
 
 
-def _laid(
-    family: Family, point: Point, swept: Swept, known: Float[np.ndarray, "n size"] | None
-) -> LocalFit:
-    """Expand the likelihood around readings that have been simulated.
-
-    - `known`: slopes by all but the added effects' numbers, where `swept` has them by those alone.
-    """
+def _laid(family: Family, point: Point, swept: Swept) -> LocalFit:
+    """Expand the likelihood around readings that have been simulated."""
     hypothesis, layout, w, z_noise = point
-    base = len(hypothesis.parameters) - added_size(hypothesis)
     spreads = layout.spreads
     own = hypothesis.sensors(w) * spreads
     gain, zero = own[layout.sensor].T
     reading = swept.reading
     residual = data_of(layout) - (1.0 + gain) * reading - zero
     design = np.zeros((len(reading), hypothesis.size))
-    if known is not None:
-        design[:, :base] = known[:, :base]
-    first = base if known is not None else 0
-    design[:, first : first + swept.slopes.shape[1]] = swept.slopes * (1.0 + gain)[:, None]
+    design[:, : swept.slopes.shape[1]] = swept.slopes * (1.0 + gain)[:, None]
     rows, at = np.arange(len(reading)), len(hypothesis.parameters) + 2 * layout.sensor
     design[rows, at] = reading * spreads[layout.sensor, 0]
     design[rows, at + 1] = spreads[layout.sensor, 1]
@@ -179,10 +152,10 @@ class Values(NamedTuple):
     slope: dict[str, float]
 
 
-def _values(program: Program, point: Point) -> list[Values]:
+def _values(family: Family, point: Point) -> list[Values]:
     """Values of each scene of a point."""
     here = point.hypothesis.values(point.w)
-    still = dict(program.family.quiet) | point.hypothesis.constants()
+    still = dict(family.quiet) | point.hypothesis.constants()
     out = []
     for scene in _scenes(point.hypothesis):
         there = {label: pair for label, pair in here.items() if label not in scene.absent}
@@ -192,85 +165,69 @@ def _values(program: Program, point: Point) -> list[Values]:
 
 
 def _slopes(
-    point: Point, directions: Sequence[Sequence[int]], along: Float[np.ndarray, "n lanes"]
-) -> Float[np.ndarray, "n own"]:
+    point: Point, ways: Sequence[Sequence[int]], along: Float[np.ndarray, "n lanes"]
+) -> Float[np.ndarray, "n numbers"]:
     """Slopes by each number, in the order of w, from those along directions.
 
     By a number of one record's own the others have none.
     """
-    places = sorted(i for together in directions for i in together)
-    out = np.zeros((len(along), len(places)))
-    for lane, together in enumerate(directions):
+    out = np.zeros((len(along), len(point.hypothesis.parameters)))
+    for lane, together in enumerate(ways):
         for i in together:
             record = point.hypothesis.parameters[i].record
             rows = point.layout.of_record(record) if record else slice(None)
-            out[rows, places.index(i)] = along[rows, lane]
+            out[rows, i] = along[rows, lane]
     return out
 
 
-def _differences(program: Program, points: Sequence[Point]) -> list[Swept]:
+def _differences(family: Family, points: Sequence[Point]) -> list[Swept]:
     """Readings and slopes of every scene of every point, the point itself in its first lane."""
     lanes, asked = [], []
     for point in points:
-        directions = program.directions(point.hypothesis)
-        for every, slope in _values(program, point):
-            moved = _along(point.hypothesis, directions, slope)
+        ways = directions(point.hypothesis)
+        for every, slope in _values(family, point):
+            moved = _along(point.hypothesis, ways, slope)
             shifts = ({k: every[k] + STEP * rise for k, rise in one.items()} for one in moved)
             lanes += [every, *(every | shift for shift in shifts)]
-            asked.append((point, directions))
-    reading = flat_readings(points[0].layout, read(program.family, _side_by_side(lanes)))
+            asked.append((point, ways))
+    reading = flat_readings(points[0].layout, read(family, _side_by_side(lanes)))
     out, at = [], 0
-    for point, directions in asked:
-        here, there = reading[:, at], reading[:, at + 1 : at + 1 + len(directions)]
-        out.append(Swept(here, _slopes(point, directions, (there - here[:, None]) / STEP)))
-        at += 1 + len(directions)
+    for point, ways in asked:
+        here, there = reading[:, at], reading[:, at + 1 : at + 1 + len(ways)]
+        out.append(Swept(here, _slopes(point, ways, (there - here[:, None]) / STEP)))
+        at += 1 + len(ways)
     return out
 
 
-def _derivatives(program: Program, points: Sequence[Point]) -> list[Swept]:
+def _derivatives(family: Family, points: Sequence[Point]) -> list[Swept]:
     """The same by derivatives, one in each lane; a scene without any has a lane all the same."""
     lanes, asked = [], []
     along: list[dict[str, float]] = []
     for point in points:
-        directions = program.directions(point.hypothesis)
-        for every, slope in _values(program, point):
-            lanes += [every] * max(len(directions), 1)
-            along += _along(point.hypothesis, directions, slope) or [{}]
-            asked.append((point, directions))
+        ways = directions(point.hypothesis)
+        for every, slope in _values(family, point):
+            lanes += [every] * max(len(ways), 1)
+            along += _along(point.hypothesis, ways, slope) or [{}]
+            asked.append((point, ways))
     names = {label for lane in along for label in lane}
     tangents = {name: np.array([lane.get(name, 0.0) for lane in along]) for name in names}
-    swept = sweep(program.family, _side_by_side(lanes), tangents)
+    swept = sweep(family, _side_by_side(lanes), tangents)
     reading, slopes = split_swept(points[0].layout, swept)
     out, at = [], 0
-    for point, directions in asked:
-        mine = slopes[:, at : at + len(directions)]
-        out.append(Swept(reading[:, at], _slopes(point, directions, mine)))
-        at += max(len(directions), 1)
+    for point, ways in asked:
+        mine = slopes[:, at : at + len(ways)]
+        out.append(Swept(reading[:, at], _slopes(point, ways, mine)))
+        at += max(len(ways), 1)
     return out
 
 
 def _along(
-    hypothesis: Hypothesis, directions: Sequence[Sequence[int]], slope: dict[str, float]
+    hypothesis: Hypothesis, ways: Sequence[Sequence[int]], slope: dict[str, float]
 ) -> list[dict[str, float]]:
     """Change of the numbers along each direction, by label; of those that are there."""
-    named = ([hypothesis.labels[i] for i in together] for together in directions)
+    named = ([hypothesis.labels[i] for i in together] for together in ways)
     return [{label: slope[label] for label in labels if label in slope} for labels in named]
 
 
 def _side_by_side(lanes: Sequence[dict[str, float]]) -> dict[str, np.ndarray]:
     return {label: np.array([lane[label] for lane in lanes]) for label in lanes[0]}
-
-
-def _known_slopes(
-    program: Program, points: Sequence[Point]
-) -> Sequence[Float[np.ndarray, "n size"] | None]:
-    """Slopes of each point's readings by what it has from the model without what was added."""
-    if program.plain is None:
-        return [None] * len(points)
-    bare = []
-    for point in points:
-        full = point.hypothesis
-        total, base = len(full.parameters), len(full.parameters) - added_size(full)
-        w = np.concatenate([point.w[:base], point.w[total:]])
-        bare.append(point._replace(hypothesis=full.alone, w=w))
-    return [one.design for one in expand(Program(program.plain), bare)]

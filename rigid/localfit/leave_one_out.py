@@ -17,7 +17,8 @@ from jaxtyping import Bool, Float
 from rigid.likelihood.correlation import ahead, noise_law
 from rigid.likelihood.priors import AbstractPrior
 from rigid.localfit.ascent import descended
-from rigid.localfit.expansion import Point, Program, expand
+from rigid.localfit.expansion import Point, expand
+from rigid.localfit.families import Family
 from rigid.localfit.integral import Shape, evidence, shape_of
 from rigid.localfit.local import LocalFit, with_weights
 from rigid.localfit.trust_region import Model, log_factors_of
@@ -76,7 +77,7 @@ def units(local: LocalFit, only: str | None) -> list[Rows]:
 
 
 def left_out(
-    fits: Mapping[str, Judged], parts: Sequence[Rows], program: Program | None = None
+    fits: Mapping[str, Judged], parts: Sequence[Rows], program: Family | None = None
 ) -> dict[str, HeldOut]:
     """Judge each part by all the others, for several hypotheses.
 
@@ -146,7 +147,7 @@ def _shared(local: LocalFit, rows: Rows) -> Bool[np.ndarray, " size"]:
 
 
 def _again(
-    program: Program, fits: Mapping[str, Judged], jobs: Sequence[HeldOutFit]
+    program: Family, fits: Mapping[str, Judged], jobs: Sequence[HeldOutFit]
 ) -> list[LocalFit]:
     """Fits without some rows, noise levels held."""
     points = []

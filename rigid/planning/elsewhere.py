@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from rigid.likelihood.problem import Problem
-from rigid.localfit.expansion import Point, Program, expand
+from rigid.localfit.expansion import Point, expanded
 from rigid.localfit.families import Family
 from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import Layout, lay_out
@@ -101,7 +101,7 @@ def alike(changes: tuple[Change, ...]) -> tuple[tuple[Change, ...], ...]:
 
 
 def elsewhere(
-    here: LocalFit, possible: Possible, changes: tuple[Change, ...], program: Program,
+    here: LocalFit, possible: Possible, changes: tuple[Change, ...], program: Family,
     further: tuple[Family, ...] = (),
 ) -> Elsewhere:  # fmt: skip
     """Expand a hypothesis where candidates stand in place of the records they are like.
@@ -120,11 +120,8 @@ def elsewhere(
     z_noise = np.array([levels.get(label, 0.0) for label in _levels(new)])
     like = {one.like for one in changes}
     kinds = {track.kind for track in new.tracks if track.name in like}
-    plain = None if program.plain is None else program.plain.over(new, kinds)
-    local = expand(
-        Program(program.family.over(new, kinds), plain),
-        [Point(there, _weighed(new, here.layout), w, z_noise)],
-    )[0]
+    point = Point(there, _weighed(new, here.layout), w, z_noise)
+    local = expanded(program.over(new, kinds), point)
     return Elsewhere(here, local, tuple(one.over(new, kinds) for one in further))
 
 

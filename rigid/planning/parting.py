@@ -13,7 +13,6 @@ import numpy as np
 from scipy.stats import norm
 
 from rigid.localfit.candidates import Candidate
-from rigid.localfit.expansion import Program
 from rigid.localfit.families import Family
 from rigid.localfit.local import LocalFit
 from rigid.localfit.screening import Around, screen
@@ -80,7 +79,7 @@ class Rivals(NamedTuple):
     """Two hypotheses, each at its fit, and the programs that they are expanded by."""
 
     locals: tuple[LocalFit, LocalFit]
-    programs: tuple[Program, Program]
+    programs: tuple[Family, Family]
 
 
 Apart = Callable[[str, int], float]
@@ -98,7 +97,7 @@ def between_effects(
     here = _condensed(local, signatures(local, programs, pair.both))
 
     def lot(changes: tuple[Change, ...]) -> tuple[Elsewhere, Apart]:
-        other = elsewhere(local, possible, changes, Program(local.family), programs)
+        other = elsewhere(local, possible, changes, local.family, programs)
         changed = signatures(other.there, other.families, pair.both)
 
         def apart(like: str, count: int) -> float:
