@@ -5,7 +5,11 @@ import pytest
 from test_screening import campaign, fitted
 
 from rigid.discovery.near import held_near, let_go
+from rigid.discovery.refit import Refit, place_of
+from rigid.effects import CATALOGUE
+from rigid.localfit.candidates import candidates
 from rigid.localfit.expansion import Point, expanded
+from rigid.localfit.hypothesis import Hypothesis, widened
 from rigid.localfit.settled import nearer_priors, state_of
 
 FAR = "kappa[free-run-1,A]"
@@ -34,3 +38,15 @@ def test_a_number_that_has_left_its_prior_is_held_and_the_rest_follows():
 @pytest.mark.slow
 def test_nothing_is_held_in_a_fit_that_keeps_to_its_priors():
     assert held_near(fitted(campaign(400))[0]) is None
+
+
+@pytest.mark.slow
+def test_a_fit_with_a_twin_begins_where_the_other_has_ended():
+    local, programs = fitted(campaign(301))
+    (candidate,) = candidates([CATALOGUE["load-cell-drift"]], 1)
+    extended = Hypothesis(local.layout.problem).plus(candidate.effect)
+    moved = widened(local.w + 0.01, len(local.layout.problem.sensors), [0.4])
+    after = expanded(programs[0], Point(extended, local.layout, moved, local.z_noise))
+    place = place_of(Refit(candidate, local, after, 0.0))
+    np.testing.assert_array_equal(place.w, local.w + 0.01)
+    assert place.own[candidate.amplitude] == extended.values(moved)[candidate.amplitude][0]

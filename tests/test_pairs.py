@@ -9,7 +9,7 @@ from rigid.discovery.unmodelled.inputs import Input
 from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained, bundles_of
 from rigid.discovery.weighing.odds import odds
 from rigid.discovery.weighing.pairs import pairs
-from rigid.discovery.workflow import changed
+from rigid.discovery.workflow import UNSURE, changed, unsure_twins
 from rigid.effects import CATALOGUE
 from rigid.likelihood.priors import AbstractPrior, Lognormal, Normal
 from rigid.localfit.candidates import Candidate
@@ -112,6 +112,27 @@ def test_of_effects_with_one_trace_one_fit_stands_for_all():
         LAWS[1][0]: pytest.approx(-1.5),
         LAWS[2][0]: 0,
     }
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_twins_that_are_less_behind_than_a_fit_has_changed_are_fitted_too(sign: float):
+    """Signatures are of small amplitudes: which twin a large one is they do not tell."""
+    known = information(0.99)
+    left = explained(known @ np.array([8.0, 0.0, 0.0]), known)
+    first, twin, other = (name for name, _ in LAWS)
+    behind = left.effects[first] - left.effects[twin]
+    assert behind > UNSURE
+
+    def fitted(name: str, change: float) -> dict[str, float]:
+        return {name: left.effects[name] + change}
+
+    little, much = (fitted(first, sign * share * behind) for share in (0.9, 1.1))
+    assert unsure_twins(left, little, first) == []
+    assert unsure_twins(left, much, first) == [twin]
+    assert unsure_twins(left, much | fitted(twin, 0.0), first) == []
+    assert unsure_twins(left, fitted(twin, 0.9 * UNSURE), twin) == []
+    assert unsure_twins(left, fitted(twin, sign * 1.1 * UNSURE), twin) == [first]
+    assert unsure_twins(left, fitted(other, 100.0), other) == []
 
 
 @pytest.mark.parametrize(("cosine", "share"), [(0.0, 1.0), (0.999, 0.0)])

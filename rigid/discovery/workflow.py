@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from rigid.discovery.refit import MOST, MUCH, NO_LEAD, Lead, Refit, lead_of, worth_refitting
+from rigid.discovery.refit import MOST, NO_LEAD, Lead, Refit, lead_of, worth_refitting
 from rigid.discovery.signatures import Bench
 from rigid.discovery.turn import Running, Turn, first_turn
 from rigid.discovery.weighing.explain import Explained
@@ -33,6 +33,9 @@ LIKELY = 0.02
 MOST_STEPS = 3
 NEAR = 2
 """Effects that are fitted in full, at most, for what they explain near the priors alone."""
+UNSURE = 5.0
+"""Nats by which a fit in full may change what signatures promised and the order of twins stands;
+chosen so that effects of little strength cost no fits of their twins, not studied."""
 WIDENED = 1e-3
 """Share by which an effect that is named may widen the gap: the gap weighs samples otherwise than
 the fit does, and with 424 right names it went up by 6e-4 at most (docs/studies/discovery.md)."""
@@ -179,9 +182,11 @@ def _fitted_in_full(turn: Turn) -> tuple[Odds, dict[str, Refit]]:
     found = turn.found
     both, refits = pairs(found), {}
 
+    def fitted() -> dict[str, float]:
+        return {name: one.log_bayes for name, one in refits.items()}
+
     def said() -> Odds:
-        fitted = {name: one.log_bayes for name, one in refits.items()}
-        return odds(found, changed(found, fitted), both)
+        return odds(found, changed(found, fitted()), both)
 
     names: list[str] = []
     for name in worth_refitting(said().evidence, found.effects):
@@ -200,23 +205,27 @@ def _fitted_in_full(turn: Turn) -> tuple[Odds, dict[str, Refit]]:
             break
         if first not in refits:
             refits |= turn.refits([first], _best(refits))
-        elif more := _unsure(found, refits, first):
+        elif more := unsure_twins(found, fitted(), first):
             refits |= turn.refits(more, _best(refits), twin=refits[first])
         else:
             break
     return said(), refits
 
 
-def _unsure(found: Explained, refits: Mapping[str, Refit], name: str) -> list[str]:
-    """Twins of an effect to fit in full: what a fit changed by much may not hold for them.
+def unsure_twins(found: Explained, fitted: Mapping[str, float], name: str) -> list[str]:
+    """Twins of an effect to fit in full: those that are less behind than a fit of it has changed.
 
-    Signatures are of small amplitudes. Where a fit brings far more than they promised, by how much
-    one twin is ahead of another is not known before all have been fitted.
+    - `fitted`: the log Bayes factors of those that were, `name` among them.
+
+    Signatures are of small amplitudes. By how much one twin is ahead of another they say as well as
+    they have said what a fit in full brings.
     """
-    if abs(refits[name].log_bayes - found.effects[name]) < MUCH:
+    change = abs(fitted[name] - found.effects[name])
+    if change < UNSURE:
         return []
-    twins = [n for n in found.alike(name) if n not in refits]
-    return sorted(twins, key=lambda n: -found.effects[n])[: MOST - 1]
+    behind = {n: found.effects[name] - found.effects[n] for n in found.alike(name)}
+    twins = [n for n, by in behind.items() if n not in fitted and by < change]
+    return sorted(twins, key=lambda n: behind[n])[: MOST - 1]
 
 
 def _best(refits: Mapping[str, Refit]) -> Lead:

@@ -40,8 +40,8 @@ class Cut(NamedTuple):
     release: int
 
 
-SMOOTH, DRY = Cut(16, 4), Cut(24, 64)
-"""Without and with dry friction: steps of 0.6 and 0.4, 0.16 and 0.01 ms, where the fastest mode of
+SMOOTH, DRY = Cut(16, 4), Cut(48, 64)
+"""Without and with dry friction: steps of 0.6 and 0.2, 0.16 and 0.01 ms, where the fastest mode of
 the rig has 4 ms and a plate on bristles of 0.3 um, with 2 kN, 0.4. In a release it swings there."""
 
 FAST = 10.0
