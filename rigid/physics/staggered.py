@@ -40,8 +40,8 @@ class Cut(NamedTuple):
     release: int
 
 
-SMOOTH, DRY = Cut(16, 4), Cut(48, 64)
-"""Without and with dry friction: steps of 0.6 and 0.2, 0.16 and 0.01 ms, where the fastest mode of
+SMOOTH, DRY = Cut(16, 4), Cut(24, 64)
+"""Without and with dry friction: steps of 0.6 and 0.4, 0.16 and 0.01 ms, where the fastest mode of
 the rig has 4 ms and a plate on bristles of 0.3 um, with 2 kN, 0.4. In a release it swings there."""
 
 FAST = 10.0
@@ -224,31 +224,55 @@ def _midpoint(parted: Parted, flat: Array, step: Step) -> Array:
         moved = rig.motion(smooth, outside, step.column).rates
         return jnp.stack([jnp.broadcast_to(r, smooth.shape[1:]) for r in moved])
 
-    middle = start + _between(step.table.half, step.place, rates(start, step.outside))
+    begun = rates(start, step.outside)
+    middle = start + _between(step.table.half, step.place, begun)
     outside = step.outside
     if shares:
-        pushed = _pushed(rig, step)
-        shares, force = _rubbing(parted, middle, shares, pushed[3] - pushed[1], step)
-        middle = middle + pushed * force
+        slips = (
+            _slid(one, step)
+            for one in (
+                _between(step.table.whole, step.place, begun),
+                _pushed(rig, step.table.whole, step),
+            )
+        )
+        shares, force = _rubbing(parted, middle, shares, *slips, step)
+        middle = middle + _pushed(rig, step.table.half, step) * force
         outside = outside._replace(between=force)
     moved = rates(middle, outside) - _between(step.table.matrix, step.place, middle - start)
     return parted.joined(start + _between(step.table.whole, step.place, moved), shares)
 
 
-def _pushed(rig: Rig, step: Step) -> Array:
-    """State (n, ...) half a step after a newton begins to push plunger and cylinder apart."""
-    lower, change = step.table.half
+def _slid(change: Array, step: Step) -> Array:
+    """Mean slip [m/s] of a step in which a state changes by so much (n, ...).
+
+    What a bristle bends by is how far the plunger has slid: in a step of a tenth of the period of a
+    swing the speed in its middle is off by two parts in a hundred.
+    """
+    return (change[2] - change[0]) / step.length
+
+
+def _pushed(rig: Rig, pair: tuple[Array, Array], step: Step) -> Array:
+    """Change of state (n, ...) where a newton pushes plunger and cylinder apart.
+
+    - `pair`: step matrices, of half a step or all of it.
+    """
+    lower, change = pair
     total = lower + step.place * change
     return total[:, 3] / rig.plunger_mass - total[:, 1] / rig.cylinder_mass
 
 
 def _rubbing(
-    parted: Parted, middle: Array, shares: tuple[Array, ...], by_force: Array, step: Step
+    parted: Parted,
+    middle: Array,
+    shares: tuple[Array, ...],
+    free: Array,
+    by_force: Array,
+    step: Step,
 ) -> tuple[tuple[Array, ...], Array]:
     """Shares that bristles carry at the end of a step, and their mean force in it [N].
 
-    - `middle`: state of the smooth rig in the middle of the step without that force.
-    - `by_force`: slip there that a newton of it makes [m/s/N].
+    - `middle`: state of the smooth rig in the middle of the step. - `free`: mean slip without that
+      force [m/s]. - `by_force`: slip that a newton of it makes [m/s/N].
 
     The force falls as the slip grows and the slip falls with the force, so that there is one slip
     at which both agree.
@@ -264,9 +288,9 @@ def _rubbing(
         return tuple(end for end, _ in found), reduce(add, (force for _, force in found))
 
     def excess(slip: Array) -> Array:
-        return slip - state.slip - by_force * at(slip)[1]
+        return slip - free - by_force * at(slip)[1]
 
-    side = -jnp.sign(excess(jnp.zeros_like(state.slip)))
+    side = -jnp.sign(excess(jnp.zeros_like(free)))
 
     def newton(slip: Array) -> Array:
         off, slope = jax.jvp(excess, (slip,), (jnp.ones_like(slip),))
@@ -275,7 +299,7 @@ def _rubbing(
     def on_its_side(slip: Array) -> Array:
         return side * jnp.maximum(side * slip, 0.0)
 
-    slip = on_its_side(state.slip + by_force * at(side * FAST)[1])
+    slip = on_its_side(free + by_force * at(side * FAST)[1])
     for _ in range(NEWTON_STEPS):
         slip = on_its_side(newton(slip))
     return at(slip)
