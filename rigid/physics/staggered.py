@@ -228,14 +228,9 @@ def _midpoint(parted: Parted, flat: Array, step: Step) -> Array:
     middle = start + _between(step.table.half, step.place, begun)
     outside = step.outside
     if shares:
-        slips = (
-            _slid(one, step)
-            for one in (
-                _between(step.table.whole, step.place, begun),
-                _pushed(rig, step.table.whole, step),
-            )
-        )
-        shares, force = _rubbing(parted, middle, shares, *slips, step)
+        free = _slid(_between(step.table.whole, step.place, begun), step)
+        by_force = _slid(_pushed(rig, step.table.whole, step), step)
+        shares, force = _rubbing(parted, middle, shares, free, by_force, step)
         middle = middle + _pushed(rig, step.table.half, step) * force
         outside = outside._replace(between=force)
     moved = rates(middle, outside) - _between(step.table.matrix, step.place, middle - start)
