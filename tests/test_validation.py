@@ -21,6 +21,8 @@ from rigid.inference.search import search
 from rigid.io.errors import InputError
 from rigid.jobs.job import Given
 from rigid.jobs.rows import read_rows
+from rigid.report.content import BAD, RESERVE
+from rigid.report.validation.present import front
 from rigid.study.validation import Replicates
 from rigid.validate import main
 from rigid.validation import draws, replicate
@@ -352,6 +354,20 @@ def test_too_few_replicates_say_so_and_failed_jobs_are_counted():
     found = verdict(Design(1), rows)
     assert (found.replicates, found.failed, found.usable) == (0, 1, False)
     assert "--replicates" in found.checks[0].says
+
+
+@pytest.mark.parametrize("failed", [False, True])
+def test_a_study_that_has_only_begun_is_not_called_unsound(failed):
+    """Three sound replicates: more are wanted; one that could not be fitted is a fault."""
+    rng = np.random.default_rng(4)
+    rows = [row_of(i, rng, False, float(rng.uniform())) for i in range(3)]
+    if failed:
+        rows.append({"failed": {"says": "no"}, "value": None, "cost": {"cpu_s": 1.0}})
+    shown = front(verdict(Design(1), rows), ())
+    assert shown.ruling.startswith("Not sound" if failed else "Too early to say: nothing fails yet")
+    assert shown.state == (BAD if failed else RESERVE)
+    assert any("Widen" in line for line in shown.next) == failed
+    assert "--replicates 100 --resume" in (shown.ruling if failed else shown.next[0])
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,8 @@ from rigid.validation.tested import ALPHA, EVERY, JOINT, Part, Tested, tests
 
 FEWEST = 20
 """Replicates that a verdict takes."""
+ENOUGH = "replicates"
+"""Name of the check of their number."""
 MOST_UNRELIABLE = 0.1
 """Share of replicates whose sums cannot be trusted from which on those that can say too little."""
 
@@ -75,16 +77,16 @@ class Verdict:
         n = self.replicates
         if n < FEWEST:
             says = f"{n} replicates say too little; run with --replicates 100 --resume"
-            return Check("replicates", False, says)
+            return Check(ENOUGH, False, says)
         if self.design.fit == SLOPES:
-            return Check("replicates", True, f"{n} replicates, of which none was fitted")
+            return Check(ENOUGH, True, f"{n} replicates, of which none was fitted")
         tests = 3 * sum(t.name not in JOINT for t in self.tested)
         least = shown_from(n, LEVELS[-1], 0.5 * ALPHA / tests)
         says = (
             f"{n} replicates: 90 % intervals that really hold {100 * least:.0f} % or less would be "
             "shown in 9 of 10 studies; more replicates show finer faults"
         )
-        return Check("replicates", True, says)
+        return Check(ENOUGH, True, says)
 
     @property
     def _reliable(self) -> Check:

@@ -13,7 +13,7 @@ from rigid.validation.design import FAST, FULL, SLOPES, Design
 from rigid.validation.ecdf import band, counts, points
 from rigid.validation.misfit import Effect, first_for_each
 from rigid.validation.tested import JOINT, Tested
-from rigid.validation.verdict import Verdict
+from rigid.validation.verdict import ENOUGH, Verdict
 
 BAND = 0.95
 """Level of the band that is drawn; verdicts rest on probabilities corrected for all tests."""
@@ -64,7 +64,8 @@ def content(
 
 def front(found: Verdict, misfits: Sequence[Effect]) -> Front:
     """Question, verdict, answers, what to do."""
-    state = RESERVE if found.design.shift else GOOD if found.usable else BAD
+    reserved = found.design.shift or _too_few(found)
+    state = RESERVE if reserved else GOOD if found.usable else BAD
     return Front(
         asked="Do the posteriors of this spec hold the truth as often as they say?",
         state=state,
@@ -115,7 +116,14 @@ def ruling(found: Verdict, misfits: Sequence[Effect] = ()) -> str:
     if found.usable:
         return f"Sound {told}{broken}: {_as_they_should(design)}."
     first = next(c for c in found.checks if not c.ok)
+    if _too_few(found):
+        return f"Too early to say{broken}: nothing fails yet, but {first.says}."
     return f"Not sound {told}{broken}: {first.says}."
+
+
+def _too_few(found: Verdict) -> bool:
+    """Whether nothing is wrong but the number of replicates."""
+    return not found.failed and [c.name for c in found.checks if not c.ok] == [ENOUGH]
 
 
 def _as_they_should(design: Design) -> str:
@@ -135,6 +143,8 @@ def _next(found: Verdict) -> tuple[str, ...]:
     if found.usable:
         finer = "For finer faults: more `--replicates`, with `--resume`."
         return (f"Quote the intervals of this spec. {finer}",)
+    if _too_few(found):
+        return ("Run with `--replicates 100 --resume`: the replicates that are done are kept.",)
     lines = ["Widen what the spec knows too well (priors, noise, gains), or report a defect."]
     if found.design.fit == FAST:
         lines.insert(0, "Run with `--full` first: it shows whether the fast mode is what fails.")
