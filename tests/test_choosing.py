@@ -398,8 +398,8 @@ def test_left_out_records_fitted_again_say_what_the_parabola_says(plain, monkeyp
 def test_slopes_beside_dry_friction_are_those_with_it(plain):
     """Where friction carries much of what is read, slopes without it lead a fit astray.
 
-    Changes of readings over a hundred times the step by which slopes are taken, with friction as
-    strong as its prior has it and without.
+    Changes of readings over a hundred times the step by which slopes are taken, with friction two
+    prior sds above its median, and slopes without any.
     """
     _, found = plain
     constant = found[VISCOUS]

@@ -5,7 +5,7 @@ import pytest
 from test_screening import campaign, fitted
 
 from rigid.discovery.near import held_near, let_go
-from rigid.discovery.refit import Refit, place_of
+from rigid.discovery.refit import Refit, guess_of
 from rigid.effects import CATALOGUE
 from rigid.localfit.candidates import candidates
 from rigid.localfit.expansion import Point, expanded
@@ -47,6 +47,6 @@ def test_a_fit_with_a_twin_begins_where_the_other_has_ended():
     extended = Hypothesis(local.layout.problem).plus(candidate.effect)
     moved = widened(local.w + 0.01, len(local.layout.problem.sensors), [0.4])
     after = expanded(programs[0], Point(extended, local.layout, moved, local.z_noise))
-    place = place_of(Refit(candidate, local, after, 0.0))
-    np.testing.assert_array_equal(place.w, local.w + 0.01)
-    assert place.own[candidate.amplitude] == extended.values(moved)[candidate.amplitude][0]
+    guess = guess_of(Refit(candidate, local, after, 0.0))
+    np.testing.assert_array_equal(guess.w, local.w + 0.01)
+    assert guess.own[candidate.amplitude] == extended.values(moved)[candidate.amplitude][0]

@@ -101,7 +101,7 @@ def worth_refitting(evidence: Mapping[str, float], alone: Mapping[str, float]) -
     return sorted(near, key=lambda name: (alone[name] <= 0.0, -evidence[name]))[:MOST]
 
 
-class Place(NamedTuple):
+class InitialGuess(NamedTuple):
     """Where a fit with an effect may begin in place of the fit without it.
 
     - `w` (size,): of the fit without it. - `own`: SI values of the effect's numbers, by label, that
@@ -112,7 +112,7 @@ class Place(NamedTuple):
     own: Mapping[str, float] = MappingProxyType({})
 
 
-def place_of(one: Refit) -> Place:
+def guess_of(one: Refit) -> InitialGuess:
     """Where a fit with a twin of an effect begins: at the fit with that one.
 
     Numbers that both have by one name, such as the force of dry friction, stay what they are.
@@ -120,13 +120,15 @@ def place_of(one: Refit) -> Place:
     hypothesis, w = one.after.hypothesis, one.after.w
     known = dict(zip(labels_of(hypothesis), w, strict=True))
     values = {label: value for label, (value, _) in hypothesis.values(w).items()}
-    return Place(np.array([known[label] for label in labels_of(one.before.hypothesis)]), values)
+    return InitialGuess(
+        np.array([known[label] for label in labels_of(one.before.hypothesis)]), values
+    )
 
 
-def begin(fit: Fitted, found: Explained, name: str, place: Place | None = None) -> Begun:
+def begin(fit: Fitted, found: Explained, name: str, guess: InitialGuess | None = None) -> Begun:
     """Take the first turns of a fit with the effect `name`, from its best candidate on.
 
-    - `fit`: without it. - `place`: where to begin in place of where that stands.
+    - `fit`: without it. - `guess`: where to begin in place of where that stands.
     """
     base, number = fit.local, found.best_of(name)
     candidate = found.listed[number]
@@ -134,7 +136,7 @@ def begin(fit: Fitted, found: Explained, name: str, place: Place | None = None) 
     before = base
     if any(not e.steady for e in family.effects):
         before = refined(expanded(family, Point.beside(base, base.w)), BEFORE_STEPS)
-    start = _start(before, found, number, family, place)
+    start = _start(before, found, number, family, guess)
     return Begun(number, before, refined(start, FIRST_STEPS) if start.finite else start)
 
 
@@ -170,7 +172,9 @@ def _followed(found: Explained, begun: Begun, rival: float) -> LocalFit:
     """
     number, before, after = begun
     starts = [after]
-    starts += [_start(before, found, number, after.family, Place(w)) for w in nearer_priors(before)]
+    starts += [
+        _start(before, found, number, after.family, InitialGuess(w)) for w in nearer_priors(before)
+    ]
     for start in starts:
         if start.finite:
             after = max(after, refined(start, rival=max(rival, _height(after))), key=_height)
@@ -186,18 +190,18 @@ def _start(
     found: Explained,
     number: int,
     family: Family,
-    place: Place | None = None,
+    guess: InitialGuess | None = None,
     absent: bool = False,
 ) -> LocalFit:
     """The likelihood with an effect where a fit with it begins.
 
-    - `before`: the fit without. - `number`: of the candidate. - `place`: in place of that fit's.
+    - `before`: the fit without. - `number`: of the candidate. - `guess`: in place of that fit's.
     - `absent`: with its amplitude as near to absence as its prior goes.
     """
-    one, place = found.listed[number], Place(before.w) if place is None else place
+    one, guess = found.listed[number], InitialGuess(before.w) if guess is None else guess
     extended = before.hypothesis.plus(one.effect, one.only, one.priors)
-    own = _beginning(found, number, extended, absent, place.own)
-    w = widened(place.w, len(before.layout.problem.sensors), own)
+    own = _beginning(found, number, extended, absent, guess.own)
+    w = widened(guess.w, len(before.layout.problem.sensors), own)
     return expanded(family, Point(extended, before.layout, w, before.z_noise))
 
 

@@ -10,7 +10,16 @@ import numpy as np
 from rigid.discovery.base_fit import begun_at, led_on
 from rigid.discovery.fitted import Fitted
 from rigid.discovery.near import held_near, let_go
-from rigid.discovery.refit import NO_LEAD, Lead, Place, Refit, begin, lead_of, place_of, refit
+from rigid.discovery.refit import (
+    NO_LEAD,
+    InitialGuess,
+    Lead,
+    Refit,
+    begin,
+    guess_of,
+    lead_of,
+    refit,
+)
 from rigid.discovery.signatures import Bench, laid_out
 from rigid.discovery.weighing.explain import Explained, explain
 from rigid.io.cache import NOTHING_KEPT, Shelf
@@ -93,12 +102,12 @@ class Turn:
           the fits begin, if not around the fit itself. - `twin`: with an effect of the same
           signature, where they begin.
         """
-        at, place, begun = near or self, None if twin is None else place_of(twin), {}
+        at, guess, begun = near or self, None if twin is None else guess_of(twin), {}
         if near is not None:
-            place = Place(let_go(near.fit.local, self.fit.local))
+            guess = InitialGuess(let_go(near.fit.local, self.fit.local))
         for name in names:
             self.running.report(f"fit with {name}")
-            begun[name] = begin(self.fit, at.found, name, place)
+            begun[name] = begin(self.fit, at.found, name, guess)
         out: dict[str, Refit] = {}
         for name in sorted(names, key=lambda name: -begun[name].height):
             out[name] = refit(self.fit, at.found, begun[name], lead, at.running.shelf)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from rigid.localfit.expansion import Point, expand, lanes_of
+from rigid.localfit.expansion import Point, expand, lanes_needed
 from rigid.localfit.families import Family
 from rigid.localfit.local import LOUDEST, LocalFit, fitted_noise, with_noise
 from rigid.localfit.trust_region import Bend, model_of, moved_within, promised
@@ -173,7 +173,7 @@ def _climbed(program: Family, climbs: list[Climb], turns: int) -> tuple[list[Cli
         open_ = [i for i, climb in enumerate(climbs) if climb.open]
         if not open_:
             return climbs, used
-        needed = sum(lanes_of(program, climbs[i].here.hypothesis) for i in open_)
+        needed = sum(lanes_needed(program, climbs[i].here.hypothesis) for i in open_)
         tries = min(MOST_TRIES, max(1, program.lanes // needed))
         steps = {i: _steps(climbs[i], tries) for i in open_}
         points = [

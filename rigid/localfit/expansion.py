@@ -52,7 +52,7 @@ class Scene(NamedTuple):
 
 
 class Swept(NamedTuple):
-    """Ideal readings of a point, and their slopes by the entries that the program has slopes of."""
+    """Ideal readings of a point, and their slopes by the hypothesis's numbers."""
 
     reading: Float[np.ndarray, " n"]
     slopes: Float[np.ndarray, "n numbers"]
@@ -68,7 +68,7 @@ def _scenes(hypothesis: Hypothesis) -> list[Scene]:
     return scenes
 
 
-def lanes_of(family: Family, hypothesis: Hypothesis) -> int:
+def lanes_needed(family: Family, hypothesis: Hypothesis) -> int:
     """Simulations that a point takes: one a direction, itself for differences."""
     along = len(directions(hypothesis))
     each = max(along, 1) if family.steady else 1 + along
@@ -134,12 +134,6 @@ def _laid(family: Family, point: Point, swept: Swept) -> LocalFit:
     design[rows, at + 1] = spreads[layout.sensor, 1]
     found = terms(layout, residual, hypothesis.sigmas(z_noise))
     return LocalFit(hypothesis, family, layout, w, z_noise, reading, residual, found, design)
-
-
-def added_size(hypothesis: Hypothesis) -> int:
-    """Number of parameters of what was added."""
-    inside = {p.label for p in hypothesis.problem.parameters.sampled}
-    return sum(p.label not in inside for p in hypothesis.parameters)
 
 
 class Values(NamedTuple):

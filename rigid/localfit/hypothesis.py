@@ -80,14 +80,6 @@ class Hypothesis:
         """Length of w."""
         return len(self.parameters) + 2 * len(self.problem.sensors)
 
-    @cached_property
-    def alone(self) -> "Hypothesis":
-        """The same without what was added."""
-        listed = self.problem.parameters
-        inside = {p.label for p in (*listed.sampled, *listed.known)}
-        held = {k: v for k, v in self.held.items() if k in inside}
-        return dataclasses.replace(self, added=(), held=held)
-
     def values(self, w: np.ndarray) -> dict[str, tuple[float, float]]:
         """SI value and its slope by w of each parameter, by label."""
         w, out = np.asarray(w), {}

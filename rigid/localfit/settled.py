@@ -9,7 +9,6 @@ which ends lower has not found its optimum.
 import numpy as np
 
 from rigid.inference.settled import Settled, away_from_top, settled
-from rigid.localfit.expansion import added_size
 from rigid.localfit.hypothesis import Hypothesis
 from rigid.localfit.local import LocalFit
 
@@ -45,10 +44,16 @@ def state_of(local: LocalFit) -> Settled:
     """
     hypothesis, away = local.hypothesis, away_from_top(local.gradient, local.information)
     whole = settled(labels_of(hypothesis), local.w, away)
-    base, added = len(hypothesis.parameters), added_size(hypothesis)
+    base, added = len(hypothesis.parameters), _added_size(hypothesis)
     own = set(hypothesis.labels[base - added : base])
     far = tuple((label, sds) for label, sds in whole.far if label not in own)
     return Settled(whole.away, far, whole.limit)
+
+
+def _added_size(hypothesis: Hypothesis) -> int:
+    """Number of parameters of what was added."""
+    inside = {p.label for p in hypothesis.problem.parameters.sampled}
+    return sum(p.label not in inside for p in hypothesis.parameters)
 
 
 def unsettled(local: LocalFit, without: LocalFit | None = None) -> str:

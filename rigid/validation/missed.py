@@ -4,16 +4,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from scipy.stats import binomtest
 
 from rigid.inference.descents import AGREE
 from rigid.inference.newton import descend, expanded, is_noise, joined
 from rigid.inference.search import Found
 from rigid.inference.summary import Check
-from rigid.validation.tested import ALPHA
-
-SELDOM = 0.02
-"""Share of campaigns in which a search may miss the better optimum."""
+from rigid.validation.tested import seldom
 
 
 def missed(found: Found, near: np.ndarray) -> float:
@@ -44,6 +40,6 @@ def seldom_missed(used: Sequence[Mapping[str, Any]]) -> Check | None:
     )
     if many:
         says = f"{says}, by up to {most:.1f} nats"
-    if binomtest(many, len(nats), SELDOM, alternative="greater").pvalue >= ALPHA:
+    if seldom(many, len(nats)):
         return Check("search", True, says)
     return Check("search", False, f"{says}; raise [sampler] starts, or narrow priors")

@@ -8,15 +8,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from scipy.stats import binomtest
 
 from rigid.inference.reference_check import LEAST_ENDED, MOST_STEPS, solved_again
 from rigid.inference.summary import Check
 from rigid.likelihood.problem import Problem
-from rigid.validation.tested import ALPHA
-
-SELDOM = 0.02
-"""Share of campaigns in which the solver's error may matter: their reports would say so."""
+from rigid.validation.tested import seldom
 
 
 def solved(problem: Problem, truth: np.ndarray) -> dict[str, Any] | None:
@@ -65,7 +61,7 @@ def seldom_off(used: Sequence[Mapping[str, Any]]) -> Check | None:
         says = f"{says}; {_no_end(len(told) - len(ended))}"
     if len(ended) < LEAST_ENDED * len(told):
         return Check("solver", False, says)
-    if binomtest(many, len(ended), SELDOM, alternative="greater").pvalue >= ALPHA:
+    if seldom(many, len(ended)):
         return Check("solver", True, says)
     return Check("solver", False, f'{says}; state [solve] method = "diffrax"')
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.stats import binomtest
 
 from rigid.validation.coverage import LEVELS, Coverage, Held, coverage, held
 from rigid.validation.draws import BY
@@ -16,8 +17,15 @@ from rigid.validation.score import SCORE
 ALPHA = 0.01
 """Probability with which a sound method is called none, over all tests together: half of it is for
 the quantities, half for the posterior as a whole, whose few tests would be lost among theirs."""
+SELDOM = 0.02
+"""Share of campaigns in which a search may miss the better optimum, or the solver err."""
 JOINT = (LOG_POSTERIOR, TARP, WEIGHT, SCORE)
 EVERY = "all"
+
+
+def seldom(many: int, campaigns: int) -> bool:
+    """Whether so many campaigns are no more than SELDOM of them, chance allowed for."""
+    return bool(binomtest(many, campaigns, SELDOM, alternative="greater").pvalue >= ALPHA)
 
 
 class Part(NamedTuple):

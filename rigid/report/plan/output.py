@@ -46,7 +46,7 @@ def as_dict(
         "checks": [one.values() for one in checks],
         "quantities": quantities,
         "records": [_record(one, quantities) for one in found.ranked],
-        "solver": None if solver is None else solver.values() | {"says": solver.says},
+        "solver": None if solver is None else solver.values(),
         "seed": seed,
         **taken(spec, problem, listed(problem, known.found.aside)),
     }
