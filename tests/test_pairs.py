@@ -8,8 +8,8 @@ import pytest
 from rigid.discovery.unmodelled.inputs import Input
 from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained, bundles_of
 from rigid.discovery.weighing.odds import odds
-from rigid.discovery.weighing.pairs import pairs
-from rigid.discovery.workflow import UNSURE, changed, unsure_twins
+from rigid.discovery.weighing.pairs import UNSURE, doubted, pairs
+from rigid.discovery.workflow import changed, unsure_twins
 from rigid.effects import CATALOGUE
 from rigid.likelihood.priors import AbstractPrior, Lognormal, Normal
 from rigid.localfit.candidates import Candidate
@@ -146,6 +146,26 @@ def test_a_pair_takes_over_from_full_fits_what_each_effect_explains_of_its_own(c
     assert change == pytest.approx(100.0 + 40.0 * share, abs=1.0)
     assert after.log_bayes[1, 0] == after.log_bayes[0, 1]
     np.testing.assert_allclose(after.log_bayes[:2, 2] - before.log_bayes[:2, 2], [100.0, 40.0])
+
+
+@pytest.mark.parametrize("change", [4.0, -20.0, 60.0, 300.0])
+def test_a_pair_is_ahead_by_what_fits_in_full_have_not_put_in_doubt(change: float):
+    """A change of UNSURE nats is none; what is more is taken from the lead, down to nothing."""
+    known = information(0.0)
+    left = explained(known @ np.array([4.0, 4.0, 0.0]), known)
+    names = [name for name, _ in LAWS]
+    before = pairs(left)
+    after = before.corrected(left.effects, {names[0]: change})
+    single = left.effects | {names[0]: left.effects[names[0]] + change}
+    better = max(single[name] for name in names[:2])
+    lead = after.log_bayes[0, 1] - better
+    assert lead > 60.0
+    then = doubted(before, after, single)
+    less = max(abs(change) - UNSURE, 0.0)
+    assert then.log_bayes[0, 1] - better == pytest.approx(max(lead - less, 0.0), abs=0.1)
+    assert then.log_bayes[1, 0] == then.log_bayes[0, 1]
+    assert np.all(np.isneginf(np.diag(then.log_bayes)))
+    np.testing.assert_array_equal(doubted(before, before, left.effects).log_bayes, before.log_bayes)
 
 
 def test_a_pair_counts_for_what_is_surely_missing_first():

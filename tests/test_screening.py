@@ -293,6 +293,13 @@ def test_a_simulation_that_is_not_asked_for_is_left_out():
             np.testing.assert_array_equal(some[quantity][..., [0, 2]], series[..., [0, 2]])
             assert not some[quantity][..., 1].any()
     assert whole[1]["pressure"][..., 1].any()
+    # An effect that acts in none of the records: both parts are there, and nothing in them.
+    (none,) = sweep(programs[0], values, along, {"free-run": np.zeros(3, bool)})
+    for part, other in zip(none, whole, strict=True):
+        assert {q: series.shape for q, series in part.items()} == {
+            q: series.shape for q, series in other.items()
+        }
+        assert not any(series.any() for series in part.values())
 
 
 def test_a_hidden_force_on_the_cylinder_is_not_read():

@@ -14,7 +14,7 @@ from rigid.discovery.unmodelled.crosstalk import answering
 from rigid.discovery.unmodelled.inputs import Input
 from rigid.discovery.unmodelled.straight import straight
 from rigid.discovery.weighing.explain import PRIOR_NOTHING, PRIOR_UNNAMED, Explained, bundles_of
-from rigid.discovery.weighing.odds import MIMICS
+from rigid.discovery.weighing.odds import MIMICS, Odds
 from rigid.discovery.workflow import Outcome, Step
 from rigid.effects import CATALOGUE
 from rigid.likelihood.priors import Normal
@@ -270,17 +270,21 @@ def test_numbers_are_told_in_words_whatever_record_or_branch_they_are_of():
     }
 
 
+def odds(chance: dict[str, float], form: float = 0.0) -> Odds:
+    return Odds({name: float(np.log(p)) for name, p in chance.items()}, {}, form)
+
+
 def test_the_answer_speaks_of_every_step():
     worded = tuple(bare(Candidate, effect=effect) for effect in CATALOGUE.values())
     steps = tuple(
         bare(
             Step, verdict=verdict, chosen=name, judged=None, next_record=record, refused={},
             explained=bare(Explained, p_value=0.004, listed=worded),
-            probability={"nothing": 0.01, "unnamed": 0.1, name: 0.7, other: 0.19},
+            said=odds({"nothing": 0.01, "unnamed": 0.1, name: 0.7, other: 0.19}, form),
         )
-        for verdict, name, other, record in (
-            ("named", "piston-leakage", "return-spring", None),
-            ("indistinguishable", "coulomb-friction", "stribeck-friction", "a free run"),
+        for verdict, name, other, record, form in (
+            ("named", "piston-leakage", "return-spring", None, 0.0),
+            ("indistinguishable", "coulomb-friction", "stribeck-friction", "a free run", 0.06),
         )
     )  # fmt: skip
     said = dict(lead(bare(Outcome, steps=steps), None))
@@ -290,6 +294,8 @@ def test_the_answer_speaks_of_every_step():
     assert "piston-leakage 0.70, return-spring 0.19" in said["How sure?"][0]
     assert "coulomb-friction 0.70, stribeck-friction 0.19" in said["How sure?"][1]
     assert "0.4 % of campaigns" in said["How sure?"][0]
+    assert "no law is exact" not in said["How sure?"][0]
+    assert "With a probability of 0.06 it is no second effect" in said["How sure?"][1]
     [following] = said["What next?"]
     assert "take a free run." in following
 
@@ -299,7 +305,7 @@ def test_an_effect_that_fails_a_check_is_told_with_its_reason_and_not_named():
     step = bare(
         Step, verdict="unnamed", chosen=None, judged=None, next_record=None, refused=refused,
         explained=bare(Explained, p_value=0.004, listed=()),
-        probability={"nothing": 0.01, "unnamed": 0.1, "piston-leakage": 0.7},
+        said=odds({"nothing": 0.01, "unnamed": 0.1, "piston-leakage": 0.7}),
         place=Where("free-run-1", "A", "pressure", None, None),
     )  # fmt: skip
     outcome = bare(Outcome, steps=(step,))

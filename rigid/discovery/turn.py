@@ -66,11 +66,15 @@ def weigh(local: LocalFit, bench: Bench, seed: int) -> Explained:
 
 @dataclasses.dataclass(frozen=True)
 class Turn:
-    """One turn of the workflow: a fit, and what is weighed around it."""
+    """One turn of the workflow: a fit, and what is weighed around it.
+
+    - `before`: evidence for the effects that were added before it, in nats.
+    """
 
     fit: Fitted
     bench: Bench
     running: Running
+    before: float = 0.0
 
     @cached_property
     def found(self) -> Explained:
@@ -117,7 +121,9 @@ class Turn:
     def after(self, one: Refit) -> "Turn":
         """Return the turn that follows where an effect was added."""
         self.running.report(f"residuals with {one.candidate.effect.name}")
-        return dataclasses.replace(self, fit=Fitted(one.after, self.fit.programs))
+        return dataclasses.replace(
+            self, fit=Fitted(one.after, self.fit.programs), before=self.before + one.log_bayes
+        )
 
 
 def first_turn(

@@ -1,7 +1,7 @@
 """Fit, find what is left over, name it, add it, and again until nothing is missing."""
 
 import dataclasses
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,9 +10,10 @@ from jaxtyping import Float
 from rigid.discovery.refit import MOST, NO_LEAD, Lead, Refit, lead_of, worth_refitting
 from rigid.discovery.signatures import Bench
 from rigid.discovery.turn import Running, Turn, first_turn
-from rigid.discovery.weighing.explain import Explained
+from rigid.discovery.weighing.discrepancy import beside, moderated
+from rigid.discovery.weighing.explain import UNNAMED, Explained
 from rigid.discovery.weighing.odds import Odds, odds
-from rigid.discovery.weighing.pairs import pairs
+from rigid.discovery.weighing.pairs import UNSURE, Pairs, pairs
 from rigid.discovery.weighing.verdict import verdict_of
 from rigid.likelihood.priors import AbstractPrior
 from rigid.likelihood.problem import Problem
@@ -33,9 +34,6 @@ LIKELY = 0.02
 MOST_STEPS = 3
 NEAR = 2
 """Effects that are fitted in full, at most, for what they explain near the priors alone."""
-UNSURE = 5.0
-"""Nats by which a fit in full may change what signatures promised and the order of twins stands;
-chosen so that effects of little strength cost no fits of their twins, not studied."""
 WIDENED = 1e-3
 """Share by which an effect that is named may widen the gap: the gap weighs samples otherwise than
 the fit does, and with 424 right names it went up by 6e-4 at most (docs/studies/discovery.md)."""
@@ -67,7 +65,7 @@ class Step:
     """One turn of the workflow.
 
     - `verdict`: "named", "indistinguishable" or "unnamed". - `explained`: all that was weighed.
-    - `probability`: of nothing, each effect and something unnamed.
+    - `said`: the odds of nothing, each effect and something unnamed; with what was left at the end.
     - `refits`: by name. - `chosen`: the effect added, None where none is.
     - `place`, `equation`: where it shows. - `judged`: None where nothing was added.
     - `placebo`: what an effect with another signature explains, as a share of the chosen one;
@@ -77,7 +75,7 @@ class Step:
 
     verdict: str
     explained: Explained
-    probability: dict[str, float]
+    said: Odds
     refits: dict[str, Refit]
     chosen: str | None
     place: Where
@@ -86,6 +84,11 @@ class Step:
     placebo: float
     next_record: str | None = None
     refused: Mapping[str, str] = dataclasses.field(default_factory=dict)
+
+    @property
+    def probability(self) -> Mapping[str, float]:
+        """Of nothing, each effect and something unnamed."""
+        return self.said.probability
 
     @property
     def tied(self) -> "Tied | None":
@@ -158,7 +161,7 @@ def discover(
 
 def _steps(turn: Turn) -> Outcome:
     base, steps = turn.fit.local, []
-    said = odds(turn.found)
+    said = _odds(turn)
     while len(steps) < MOST_STEPS and _missing(turn.found, said):
         said, refits = _fitted_in_full(turn)
         if not _missing(turn.found, said):
@@ -167,11 +170,50 @@ def _steps(turn: Turn) -> Outcome:
         if steps[-1].chosen is None:
             break
         turn = turn.after(refits[steps[-1].chosen])
-        said = odds(turn.found)
-    programs = turn.fit.programs
+        said = _odds(turn)
+    left = _most(turn.found, said) if _missing(turn.found, said) else 0.0
     return Outcome(
-        base, programs, turn.bench, tuple(steps), turn.found, dict(said.probability), turn.fit.local
+        base,
+        turn.fit.programs,
+        turn.bench,
+        in_view_of_the_end(steps, left),
+        turn.found,
+        dict(said.probability),
+        turn.fit.local,
     )
+
+
+def in_view_of_the_end(steps: Sequence[Step], left: float) -> tuple[Step, ...]:
+    """Moderate what was said of each addition by what those after it, and the end, show to be left.
+
+    - `left`: evidence for anything at all at the end, in nats; 0 where nothing is missing there.
+
+    What a later step added counts as left by the earlier ones as far as it may be without a name.
+    """
+    out: list[Step] = []
+    for step in reversed(steps):
+        if step.chosen is None:
+            out.append(step)
+            continue
+        said = moderated(step.said, left)
+        verdict = step.verdict if said is step.said else verdict_of(step.explained, said)
+        # Added it was: what is left takes from how sure the name is, not the addition back.
+        verdict = "indistinguishable" if verdict == "unnamed" else verdict
+        out.append(dataclasses.replace(step, said=said, verdict=verdict))
+        left += max(said.evidence[step.chosen], 0.0) * said.probability[UNNAMED]
+    return tuple(reversed(out))
+
+
+def _odds(
+    turn: Turn, changes: Mapping[str, float] | None = None, both: Pairs | None = None
+) -> Odds:
+    """What the records say at a turn, with what was added before it in view; as `odds`."""
+    return beside(odds(turn.found, changes, both), turn.before, turn.found.unnamed)
+
+
+def _most(found: Explained, said: Odds) -> float:
+    """Evidence for what explains most of what is left, with a name or without, in nats."""
+    return max(found.unnamed, *said.evidence.values())
 
 
 def _fitted_in_full(turn: Turn) -> tuple[Odds, dict[str, Refit]]:
@@ -186,7 +228,7 @@ def _fitted_in_full(turn: Turn) -> tuple[Odds, dict[str, Refit]]:
         return {name: one.log_bayes for name, one in refits.items()}
 
     def said() -> Odds:
-        return odds(found, changed(found, fitted()), both)
+        return _odds(turn, changed(found, fitted()), both)
 
     names: list[str] = []
     for name in worth_refitting(said().evidence, found.effects):
@@ -259,10 +301,10 @@ def _missing(found: Explained, said: Odds) -> bool:
 
 def _step(turn: Turn, said: Odds, refits: dict[str, Refit]) -> Step:
     found = turn.found
-    verdict, probability = verdict_of(found, said), dict(said.probability)
+    verdict, probability = verdict_of(found, said), said.probability
     chosen = max(refits, key=lambda n: probability[n], default=None)
     if verdict == "unnamed" or chosen is None:
-        return _unnamed(turn, probability, refits)
+        return _unnamed(turn, said, refits)
     one = refits[chosen]
     gain = one.after.terms.value - one.before.terms.value
     change = one.before.residual - one.after.residual
@@ -274,11 +316,11 @@ def _step(turn: Turn, said: Odds, refits: dict[str, Refit]) -> Step:
         (left["before"], left["after"]),
     )
     if why := refusal(one, judged):
-        return dataclasses.replace(_unnamed(turn, probability, refits), refused={chosen: why})
+        return dataclasses.replace(_unnamed(turn, said, refits), refused={chosen: why})
     return Step(
         verdict,
         found,
-        probability,
+        said,
         refits,
         chosen,
         where_shown(one.after, gain, change),
@@ -288,14 +330,14 @@ def _step(turn: Turn, said: Odds, refits: dict[str, Refit]) -> Step:
     )
 
 
-def _unnamed(turn: Turn, probability: dict[str, float], refits: dict[str, Refit]) -> Step:
+def _unnamed(turn: Turn, said: Odds, refits: dict[str, Refit]) -> Step:
     """A turn at which nothing is added."""
     found, local = turn.found, turn.fit.local
     hidden = found.inferred(local, turn.bench.bumps)
     change = _changed(local, hidden.own.columns @ hidden.mean)
     gain = local.terms.score * change - 0.5 * local.terms.curvature * change**2
     there, equation = where_shown(local, gain, change), hidden.hidden.about.equation
-    return Step("unnamed", found, probability, refits, None, there, equation, None, 0.0)
+    return Step("unnamed", found, said, refits, None, there, equation, None, 0.0)
 
 
 def refusal(one: Refit, judged: Judged) -> str:

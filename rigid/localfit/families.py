@@ -200,7 +200,7 @@ def sweep(
         read, slopes = _swept(group.grid, inputs[number], moving[number])
         return group.own(read), group.own(slopes)
 
-    return [(parts[0], parts[1]) for parts in _in_turns(family, values, acts, one)]
+    return [(parts[0], parts[1]) for parts in _in_turns(family, values, acts, one, 2)]
 
 
 def read(
@@ -218,7 +218,7 @@ def read(
         group = family.groups[number]
         return (group.own(_read(group.grid, _inputs(family.groups, here)[number])),)
 
-    return [parts[0] for parts in _in_turns(family, values, acts, one)]
+    return [parts[0] for parts in _in_turns(family, values, acts, one, 1)]
 
 
 def _in_turns(
@@ -226,11 +226,12 @@ def _in_turns(
     values: Mapping[str, np.ndarray],
     acts: Mapping[str, np.ndarray] | None,
     simulate: Callable[[int, dict[str, Array], np.ndarray, int], Parts],
+    count: int,
 ) -> list[tuple[dict[str, np.ndarray], ...]]:
     """What `simulate` gives of every group for the lanes that are asked for, 0 for all others.
 
     - `simulate`: takes the number of a group, values in some lanes, the numbers of these, and to
-      how many lanes they are filled up.
+      how many lanes they are filled up. - `count`: of what it gives; no group may be simulated.
     """
     lanes = len(next(iter(values.values())))
     width = family.side_by_side(lanes)
@@ -255,7 +256,6 @@ def _in_turns(
     out = []
     for number, group in enumerate(family.groups):
         shape = (group.samples, len(group.tracks), lanes)
-        count = len(parts[0]) if parts else 1
         found = tuple({q: np.zeros(shape) for q in group.quantities} for _ in range(count))
         for (at, mine), part in zip(jobs, parts, strict=True):
             if at == number:

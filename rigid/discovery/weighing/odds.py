@@ -3,11 +3,12 @@
 import dataclasses
 import math
 from collections.abc import Mapping
+from functools import cached_property
 
 import numpy as np
 
 from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained, prior_of
-from rigid.discovery.weighing.pairs import Pairs
+from rigid.discovery.weighing.pairs import Pairs, doubted
 
 PRIOR_PAIRS = 0.05
 """What one would bet on two effects at once, before any record, shared evenly by all pairs; it is
@@ -29,15 +30,23 @@ AS_SURE = math.log(3.0)
 class Odds:
     """What the records say of each explanation.
 
-    - `probability`: of nothing, of each effect as the next to add, of something unnamed; sums to 1.
-      A pair counts for that of its two effects which is the surer to be missing, whichever of the
-      effects with its signature it is; of two as sure, for the one that explains more alone.
+    - `log`: logarithm of the probability of nothing, of each effect as the next to add, of
+      something unnamed; the probabilities sum to 1. A pair counts for that of its two effects which
+      is the surer to be missing, whichever of the effects with its signature it is; of two as sure,
+      for the one that explains more alone.
     - `evidence`: log of what speaks for each effect, alone or with another, against nothing, as a
       Bayes factor is.
+    - `form`: the part of something unnamed that what was added would leave, its law being off.
     """
 
-    probability: Mapping[str, float]
+    log: Mapping[str, float]
     evidence: Mapping[str, float]
+    form: float = 0.0
+
+    @cached_property
+    def probability(self) -> dict[str, float]:
+        """Of nothing, of each effect as the next to add, of something unnamed."""
+        return {name: float(np.exp(log)) for name, log in self.log.items()}
 
     @property
     def nothing(self) -> float:
@@ -61,7 +70,7 @@ def odds(
     inclusion = dict(logs)
     if both is not None and len(names) > 1:
         prior = np.log(PRIOR_PAIRS / _count(len(names)))
-        table = both.corrected(found.effects, changes).log_bayes + prior
+        table = doubted(both, both.corrected(found.effects, changes), singles).log_bayes + prior
         kept = 1.0 - PRIOR_PAIRS / (each * len(names))
         logs = {name: log + np.log(kept) for name, log in logs.items()}
         rows = dict(zip(both.names, table, strict=True))
@@ -76,7 +85,7 @@ def odds(
         parts[UNNAMED] = float(np.logaddexp(unlike, like + np.log(unnamed * MIMICS)))
     total = np.logaddexp.reduce(list(parts.values()))
     return Odds(
-        {name: float(np.exp(part - total)) for name, part in parts.items()},
+        {name: float(part - total) for name, part in parts.items()},
         {name: inclusion[name] - float(np.log(each)) for name in names},
     )
 

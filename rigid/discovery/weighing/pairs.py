@@ -17,6 +17,10 @@ from rigid.localfit.evidence import LOG_MASS, amplitudes
 POINTS = 241
 """Strengths at which the gain of the second effect is worked out."""
 LEAST_REACH = 30.0
+UNSURE = 5.0
+"""Nats by which a fit in full may change what signatures promised and they are still believed where
+they compare: which of two twins is ahead, how much more a pair explains. Chosen so that effects of
+little strength cost no fits of their twins, not studied."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -47,6 +51,25 @@ class Pairs:
         whole = np.where(less, change, change[:, None])
         part = np.where(less, change[:, None], change)
         return Pairs(self.names, self.log_bayes + whole + share * part)
+
+
+def doubted(promised: Pairs, after: Pairs, single: Mapping[str, float]) -> Pairs:
+    """Take from pairs as much of their lead over the better of their two as is not to be believed.
+
+    - `after`: what was `promised`, with what fits in full changed. - `single`: log Bayes factors of
+      the effects alone, with those changes.
+
+    A pair is never fitted. Where a fit of one of its effects changed much, what signatures say of
+    the two together is off by as much.
+    """
+    alone = np.array([single[name] for name in after.names])
+    better = np.maximum(alone[:, None], alone)
+    some = np.isfinite(after.log_bayes)
+    pair, before = (np.where(some, one.log_bayes, better) for one in (after, promised))
+    lead = pair - better
+    doubt = np.maximum(np.abs(pair - before) - UNSURE, 0.0)
+    kept = better + np.where(lead > 0.0, np.maximum(lead - doubt, 0.0), lead)
+    return Pairs(after.names, np.where(some, kept, -np.inf))
 
 
 def pairs(found: Explained) -> Pairs:

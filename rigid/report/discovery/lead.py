@@ -4,7 +4,7 @@ import numpy as np
 
 from rigid.discovery.refit import Refit
 from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained
-from rigid.discovery.workflow import Outcome, Step
+from rigid.discovery.workflow import LIKELY, Outcome, Step
 from rigid.localfit.leave_one_out import gap
 from rigid.plots import metrology
 from rigid.plots.metrology import digits, median_and_interval
@@ -28,6 +28,8 @@ def ruling(outcome: Outcome) -> str:
         return f"Missing: {' and '.join(named)}."
     if first.verdict == "indistinguishable":
         either = [first.chosen or "", *(one["effect"] for one in alternatives(first))]
+        if len(either) == 1:
+            return f"Probably missing: {either[0]}; it may be something else that looks like it."
         return f"Something is missing; these records cannot tell which: {', '.join(either)}."
     if first.refused:
         return "Something is missing; the effect that explains most of it fails a check."
@@ -103,16 +105,29 @@ def refused(step: Step) -> str:
     )
 
 
+def form(step: Step) -> str:
+    """That what is left may be how far the law of what was added is off; empty where it is not."""
+    if step.said.form < LIKELY:
+        return ""
+    return (
+        f"With a probability of {chance_of(step.said.form)} it is no second effect but what the "
+        "law of the effect added before leaves: no law is exact, and this is little beside what "
+        "that one explains."
+    )
+
+
 def _sure(step: Step) -> str:
     if step.refused:
         return chance(step)
     if step.chosen is None:
         unnamed = step.probability[UNNAMED]
-        return f"{chance(step)} The probability that it has no name is {chance_of(unnamed)}."
+        none = f"The probability that it has no name is {chance_of(unnamed)}."
+        return " ".join(filter(None, (chance(step), none, form(step))))
     rest = "".join(
         f", {one['effect']} {chance_of(one['probability'])}" for one in alternatives(step)
     )
     names = f"Probability: {step.chosen} {chance_of(step.probability[step.chosen])}{rest}."
+    names = " ".join(filter(None, (names, form(step))))
     if step.judged is None:
         return f"{chance(step)} {names}"
     gains = step.judged.gains

@@ -20,6 +20,7 @@ from rigid.report.discovery.lead import (
     NEXT,
     SHOWN,
     chance,
+    form,
     lead,
     moves,
     refused,
@@ -157,6 +158,7 @@ def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> St
         *([refused(step)] if step.refused else []),
         _shows(told["where"]),
         f"{chance(step)} All that was tried is counted.",
+        *filter(None, [form(step)]),
     ]
     if step.judged is not None:
         sentences.append(
