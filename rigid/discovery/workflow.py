@@ -11,7 +11,7 @@ from rigid.discovery.refit import MOST, NO_LEAD, Lead, Refit, lead_of, worth_ref
 from rigid.discovery.signatures import Bench
 from rigid.discovery.turn import Running, Turn, first_turn
 from rigid.discovery.weighing.discrepancy import beside, moderated
-from rigid.discovery.weighing.explain import UNNAMED, Explained
+from rigid.discovery.weighing.explain import Explained
 from rigid.discovery.weighing.odds import Odds, odds
 from rigid.discovery.weighing.pairs import UNSURE, Pairs, pairs
 from rigid.discovery.weighing.verdict import verdict_of
@@ -188,7 +188,8 @@ def in_view_of_the_end(steps: Sequence[Step], left: float) -> tuple[Step, ...]:
 
     - `left`: evidence for anything at all at the end, in nats; 0 where nothing is missing there.
 
-    What a later step added counts as left by the earlier ones as far as it may be without a name.
+    What a later step added counts as left by the earlier ones as far as it may be the discrepancy
+    of their laws.
     """
     out: list[Step] = []
     for step in reversed(steps):
@@ -200,7 +201,7 @@ def in_view_of_the_end(steps: Sequence[Step], left: float) -> tuple[Step, ...]:
         # Added it was: what is left takes from how sure the name is, not the addition back.
         verdict = "indistinguishable" if verdict == "unnamed" else verdict
         out.append(dataclasses.replace(step, said=said, verdict=verdict))
-        left += max(said.evidence[step.chosen], 0.0) * said.probability[UNNAMED]
+        left += max(said.evidence[step.chosen], 0.0) * said.form
     return tuple(reversed(out))
 
 
