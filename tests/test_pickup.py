@@ -7,7 +7,7 @@ from test_lines import CHOICE, RIPPLE, campaign
 
 from rigid.discovery.fitted import Fitted
 from rigid.discovery.periodic import LOG_MASS, QUANTILES
-from rigid.discovery.pickup import Heard, ear_of, weighing
+from rigid.discovery.pickup import ChannelSamples, spectrum_of, weighing
 from rigid.discovery.signatures import laid_out
 from rigid.discovery.turn import weigh
 from rigid.effects import CATALOGUE
@@ -29,10 +29,11 @@ def test_evidence_of_a_line_is_a_ratio_of_gaussian_densities():
     weight = rng.uniform(0.5, 2.0, count)
     read = rng.standard_normal(count) / np.sqrt(weight)
     times = 0.01 * rows + begin
-    ear = ear_of(Heard("angle", rows, times, weight[rows], 0.01), frequencies)
+    spectrum = spectrum_of(ChannelSamples("angle", rows, times, weight[rows], 0.01), frequencies)
     sizes = np.linspace(0.1, 3.0, len(QUANTILES))
     found = (
-        weighing((ear,), sizes).of_sizes((weight * read)[:, None])[:, :, 0].T - LOG_MASS[:, None]
+        weighing((spectrum,), sizes).of_sizes((weight * read)[:, None])[:, :, 0].T
+        - LOG_MASS[:, None]
     )
     noise = np.diag(1.0 / weight[rows])
     for i in (0, 10, 32):
@@ -50,8 +51,8 @@ def test_what_moves_whole_records_is_no_line():
     """At 100 Hz, sampled at 100 Hz, a line is a constant; at 101.5 Hz it has fifteen turns."""
     rows, frequencies = np.arange(1000), np.arange(99.0, 102.5, 0.5)
     times = 0.01 * (rows + 0.5)
-    ear = ear_of(Heard("angle", rows, times, np.ones(1000), 0.01), frequencies)
-    weights = weighing((ear,), np.linspace(0.1, 3.0, len(QUANTILES)))
+    spectrum = spectrum_of(ChannelSamples("angle", rows, times, np.ones(1000), 0.01), frequencies)
+    weights = weighing((spectrum,), np.linspace(0.1, 3.0, len(QUANTILES)))
     found = weights.of_sizes(2.0 * np.ones((1000, 1)))[:, :, 0] - LOG_MASS
     np.testing.assert_array_equal(found[:5], 0.0)
     assert np.all(found[5:] < 0.0)

@@ -80,7 +80,7 @@ class Line(NamedTuple):
         )  # fmt: skip
 
 
-class Heard(NamedTuple):
+class BeatingChannel(NamedTuple):
     """A channel of a record in which the pump beats: its number, and that of its angle."""
 
     number: int
@@ -99,8 +99,8 @@ class Answers(NamedTuple):
     columns: Float[np.ndarray, "n 2*few"]
 
 
-class Ear(NamedTuple):
-    """How one channel hears a beat.
+class ChannelResponse(NamedTuple):
+    """How one channel answers to a beat.
 
     - `angle`: number of its record's angle. - `rows`: its samples while the valve is open,
       `at` (rows,): their places on an even grid from `begin` [s], of which `spectrum` is taken.
@@ -117,12 +117,12 @@ class Ear(NamedTuple):
     weight: float
 
 
-class Hearing(NamedTuple):
-    """All that hears a beat: labels of the pump's angles, frequencies tried [Hz], channels."""
+class BeatSearch(NamedTuple):
+    """Where a beat is looked for: labels of the pump's angles, frequencies tried [Hz], channels."""
 
     angles: tuple[str, ...]
     frequencies: np.ndarray
-    ears: tuple[Ear, ...]
+    channels: tuple[ChannelResponse, ...]
 
     def gradients(self, score: np.ndarray) -> np.ndarray:
         """How residuals go by a beat (..., angles, frequencies).
@@ -131,18 +131,18 @@ class Hearing(NamedTuple):
         """
         shape = (*score.shape[:-1], len(self.angles), len(self.frequencies))
         out = np.zeros(shape, dtype=complex)
-        for ear in self.ears:
-            series = np.zeros((*score.shape[:-1], int(ear.at[-1]) + 1))
-            series[..., ear.at] = score[..., ear.rows]
-            late = np.exp(-2j * np.pi * self.frequencies * ear.begin)
-            out[..., ear.angle, :] += ear.answer * np.conj(ear.spectrum(series) * late)
+        for one in self.channels:
+            series = np.zeros((*score.shape[:-1], int(one.at[-1]) + 1))
+            series[..., one.at] = score[..., one.rows]
+            late = np.exp(-2j * np.pi * self.frequencies * one.begin)
+            out[..., one.angle, :] += one.answer * np.conj(one.spectrum(series) * late)
         return out
 
     def known(self) -> np.ndarray:
         """What is known of a beat's size (angles, frequencies)."""
         out = np.zeros((len(self.angles), len(self.frequencies)))
-        for ear in self.ears:
-            out[ear.angle] += np.abs(ear.answer) ** 2 * ear.weight
+        for one in self.channels:
+            out[one.angle] += np.abs(one.answer) ** 2 * one.weight
         return out
 
 
@@ -154,42 +154,42 @@ def lines(fit: Fitted, effect: type[AbstractEffect]) -> Line | None:
     local = fit.local
     assert effect.beat is not None  # the caller asks
     priors = priors_of(effect, dict(local.hypothesis.given))
-    heard = _hearing(fit, effect, priors[effect.beat][1])
-    if heard is None:
+    search = _search(fit, effect, priors[effect.beat][1])
+    if search is None:
         return None
-    (_, absent, prior), known = amplitude_of(priors), heard.known()
+    (_, absent, prior), known = amplitude_of(priors), search.known()
     weigh = partial(
         log_bayes_of_line,
         known=known,
         sizes=np.asarray(prior.from_standard(QUANTILES)) - absent,
-        log_prior=log_prior_of(priors[effect.beat][1], heard.frequencies),
+        log_prior=log_prior_of(priors[effect.beat][1], search.frequencies),
     )
-    gradients = heard.gradients(local.terms.score)
+    gradients = search.gradients(local.terms.score)
     each = weigh(gradients)
     best = int(np.argmax(each))
     gradient, size = np.abs(gradients[:, best]).sum(), known[:, best].sum()
     share = total(each) - float(log_bayes(gradient, size, amplitudes(prior, absent)))
     turned = np.mod(1.5 * math.pi - np.angle(gradients[:, best]), 2.0 * math.pi) - math.pi
     return Line(
-        float(heard.frequencies[best]),
-        tuple(zip(heard.angles, turned.tolist(), strict=True)),
+        float(search.frequencies[best]),
+        tuple(zip(search.angles, turned.tolist(), strict=True)),
         share,
-        tuple(total(weigh(one)) for one in heard.gradients(noise(local))),
+        tuple(total(weigh(one)) for one in search.gradients(noise(local))),
     )
 
 
-def _hearing(fit: Fitted, effect: type[AbstractEffect], prior: AbstractPrior) -> Hearing | None:
-    """What hears a beat whose frequency has a `law`; None where no two could be parted."""
+def _search(fit: Fitted, effect: type[AbstractEffect], prior: AbstractPrior) -> BeatSearch | None:
+    """Where a beat of this prior is looked for; None where no two frequencies could be parted."""
     local = fit.local
     labels = beating([effect], local.layout.problem.tracks)
     angles = tuple(dict.fromkeys(labels.values()))
     tracks = {t.label: t for t in local.layout.problem.tracks}
-    heard = [
-        Heard(number, channel, tracks[channel.track], angles.index(labels[channel.track]))
+    channels = [
+        BeatingChannel(number, channel, tracks[channel.track], angles.index(labels[channel.track]))
         for number, channel in enumerate(local.layout.channels)
         if channel.track in labels
     ]
-    frequencies = _grid(local, prior, heard)
+    frequencies = _grid(local, prior, channels)
     if len(frequencies) < FINER:
         return None
     some = np.geomspace(frequencies[0], frequencies[-1], ANSWERS)
@@ -200,12 +200,14 @@ def _hearing(fit: Fitted, effect: type[AbstractEffect], prior: AbstractPrior) ->
         for f, at in itertools.product(some, (0.0, 0.5 * math.pi))
     ]
     answers = Answers(some, signatures(local, fit.programs, two))
-    ears = (_ear(local, one, frequencies, answers) for one in heard)
-    return Hearing(angles, frequencies, tuple(ear for ear in ears if ear is not None))
+    responses = (_response(local, one, frequencies, answers) for one in channels)
+    return BeatSearch(angles, frequencies, tuple(one for one in responses if one is not None))
 
 
-def _ear(local: LocalFit, one: Heard, frequencies: np.ndarray, answers: Answers) -> Ear | None:
-    """Return how a channel hears the `frequencies`, interpolated between the `answers`."""
+def _response(
+    local: LocalFit, one: BeatingChannel, frequencies: np.ndarray, answers: Answers
+) -> ChannelResponse | None:
+    """Return how a channel answers at the `frequencies`, interpolated between the `answers`."""
     rows, interval = _open(local, one), one.channel.interval
     weight = local.terms.curvature[rows]
     if weight.sum() <= 0.0:
@@ -224,10 +226,10 @@ def _ear(local: LocalFit, one: Heard, frequencies: np.ndarray, answers: Answers)
     ends = [2.0 * interval * f for f in (frequencies[0], 2.0 * frequencies[-1] - frequencies[-2])]
     spectrum = ZoomFFT(int(at[-1]) + 1, ends, len(frequencies))
     known = 0.5 * float(weight.sum())
-    return Ear(one.angle, rows, at, float(since[0]), spectrum, answer, known)
+    return ChannelResponse(one.angle, rows, at, float(since[0]), spectrum, answer, known)
 
 
-def _open(local: LocalFit, one: Heard) -> np.ndarray:
+def _open(local: LocalFit, one: BeatingChannel) -> np.ndarray:
     """Samples of a channel that were read while the pump fed its record."""
     rows = np.flatnonzero((local.layout.channel == one.number) & local.layout.read)
     assert one.track.drive is not None  # the pump fed it
@@ -235,11 +237,11 @@ def _open(local: LocalFit, one: Heard) -> np.ndarray:
     return rows[levels[np.searchsorted(one.track.drive.switches, local.layout.time[rows])] == 1]
 
 
-def _grid(local: LocalFit, prior: AbstractPrior, heard: Sequence[Heard]) -> np.ndarray:
+def _grid(local: LocalFit, prior: AbstractPrior, channels: Sequence[BeatingChannel]) -> np.ndarray:
     """Frequencies [Hz] that are tried, evenly spaced; none where no line could be parted."""
     low, high = (float(prior.from_standard(z)) for z in (-SPREAD, SPREAD))
-    spans = [len(_open(local, one)) * one.channel.interval for one in heard]
-    top = min(high, max((0.5 / one.channel.interval for one in heard), default=0.0))
+    spans = [len(_open(local, one)) * one.channel.interval for one in channels]
+    top = min(high, max((0.5 / one.channel.interval for one in channels), default=0.0))
     count = int(FINER * max(spans, default=0.0) * max(top - low, 0.0))
     return low + (top - low) / max(count, 1) * np.arange(count)
 

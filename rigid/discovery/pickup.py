@@ -42,7 +42,7 @@ AT_ONCE = 30
 """Simulated records without a line that are weighed side by side."""
 
 
-class Heard(NamedTuple):
+class ChannelSamples(NamedTuple):
     """A channel that reads something.
 
     - `label`: of a line's angle. - `rows`: its samples; of each, `since` [s] when its record began,
@@ -56,7 +56,7 @@ class Heard(NamedTuple):
     interval: float
 
 
-class Ear(NamedTuple):
+class ChannelSpectrum(NamedTuple):
     """A channel in which a line is looked for.
 
     - `label`: of the line's angle. - `rows`: its samples, `at` (rows,): their places on an even
@@ -86,18 +86,18 @@ class Ear(NamedTuple):
 class Weighing(NamedTuple):
     """How channels of one quantity weigh a line.
 
-    - `ears`: channels. - `inverse` (3, sizes, ears, frequencies): of the information with the
-      prior in, for all amplitudes that are averaged over.
+    - `channels`: those of the quantity. - `inverse` (3, sizes, channels, frequencies): of the
+      information with the prior in, for all amplitudes that are averaged over.
     - `room` (sizes, frequencies): what the room for a line costs.
     """
 
-    ears: tuple[Ear, ...]
+    channels: tuple[ChannelSpectrum, ...]
     inverse: np.ndarray
     room: np.ndarray
 
     def of_sizes(self, score: np.ndarray) -> np.ndarray:
         """Log Bayes factor times the prior of each size (frequencies, sizes, draws)."""
-        slope = np.stack([ear.slopes(score) for ear in self.ears], axis=1)
+        slope = np.stack([one.slopes(score) for one in self.channels], axis=1)
         products = np.stack([slope[0] ** 2, 2.0 * slope[0] * slope[1], slope[1] ** 2])
         frequencies, sizes = self.room.T.shape
         inverse = self.inverse.transpose(3, 1, 0, 2).reshape(frequencies, sizes, -1)
@@ -107,13 +107,13 @@ class Weighing(NamedTuple):
     def likeliest(self, score: np.ndarray, frequency: int) -> "Likeliest":
         """Return what line of a frequency, by its number, the channels read most likely."""
         one = score[:, None]
-        sine, cosine = np.stack([ear.slopes(one)[:, 0, frequency] for ear in self.ears], axis=1)
+        sine, cosine = np.stack([c.slopes(one)[:, 0, frequency] for c in self.channels], axis=1)
         likeliest = int(np.argmax(self.of_sizes(one)[frequency, :, 0]))
         first, both, second = self.inverse[:, likeliest, :, frequency]
         parts = np.stack([first * sine + both * cosine, both * sine + second * cosine])
         angles = np.arctan2(parts[1], parts[0])
         u, v = np.cos(angles), np.sin(angles)
-        known = np.stack([ear.known[:, frequency] for ear in self.ears], axis=1)
+        known = np.stack([one.known[:, frequency] for one in self.channels], axis=1)
         return Likeliest(
             float(np.sqrt(np.mean(np.sum(parts**2, axis=0)))),
             angles,
@@ -125,7 +125,7 @@ class Weighing(NamedTuple):
 class Likeliest(NamedTuple):
     """A line in all channels of one quantity.
 
-    - `amplitude` [SI]; `angles` (ears,) [rad].
+    - `amplitude` [SI]; `angles` (channels,) [rad].
     - `slope`, `information`: of the log-likelihood by an amplitude that all channels share.
     """
 
@@ -151,8 +151,8 @@ def picked_up(fit: Fitted, effect: type[AbstractEffect]) -> Line | None:
     sizes = np.asarray(prior.from_standard(QUANTILES)) - absent
     labels = picking_up([effect], local.layout.problem.tracks)
     weighings = {
-        quantity: weighing(ears, sizes * units[quantity])
-        for quantity, ears in _ears(local, labels, frequencies).items()
+        quantity: weighing(channels, sizes * units[quantity])
+        for quantity, channels in _spectra(local, labels, frequencies).items()
     }
     law = log_prior_of(priors[effect.beat][1], frequencies)
 
@@ -176,9 +176,9 @@ def picked_up(fit: Fitted, effect: type[AbstractEffect]) -> Line | None:
     slope = np.sum([ratios[q] * one.slope for q, one in found.items()])
     information = np.sum([ratios[q] ** 2 * one.information for q, one in found.items()])
     angles = (
-        (ear.label, float(angle))
+        (channel.label, float(angle))
         for q, one in found.items()
-        for ear, angle in zip(weighings[q].ears, one.angles, strict=True)
+        for channel, angle in zip(weighings[q].channels, one.angles, strict=True)
     )
     return Line(
         float(frequencies[best]),
@@ -200,40 +200,40 @@ def _grid(local: LocalFit, prior: AbstractPrior) -> np.ndarray:
     return low + np.arange(0.0, high - low, 1.0 / (FINER * longest))
 
 
-def _ears(
+def _spectra(
     local: LocalFit, labels: Mapping[Channel, str], frequencies: np.ndarray
-) -> dict[str, tuple[Ear, ...]]:
+) -> dict[str, tuple[ChannelSpectrum, ...]]:
     """Channels that read something, by quantity."""
-    found: dict[str, tuple[Ear, ...]] = {}
+    found: dict[str, tuple[ChannelSpectrum, ...]] = {}
     for number, channel in enumerate(local.layout.channels):
         label = labels.get(Channel(channel.track, channel.quantity))
         rows = np.flatnonzero((local.layout.channel == number) & local.layout.read)
         if label is None or local.terms.curvature[rows].sum() <= 0.0:
             continue
         since = local.layout.time[rows] - float(local.layout.problem.track(channel.track).first)
-        heard = Heard(label, rows, since, local.terms.curvature[rows], channel.interval)
-        ear = ear_of(heard, frequencies)
-        found[channel.quantity] = (*found.get(channel.quantity, ()), ear)
+        samples = ChannelSamples(label, rows, since, local.terms.curvature[rows], channel.interval)
+        spectrum = spectrum_of(samples, frequencies)
+        found[channel.quantity] = (*found.get(channel.quantity, ()), spectrum)
     return found
 
 
-def ear_of(heard: Heard, frequencies: np.ndarray) -> Ear:
-    """Return how a channel hears the `frequencies` [Hz]."""
-    since = heard.since
-    at = np.round((since - since[0]) / heard.interval).astype(int)
+def spectrum_of(samples: ChannelSamples, frequencies: np.ndarray) -> ChannelSpectrum:
+    """Return the spectrum of a channel at the `frequencies` [Hz]."""
+    since = samples.since
+    at = np.round((since - since[0]) / samples.interval).astype(int)
     weight = np.zeros(int(at[-1]) + 1)
-    weight[at] = heard.weight
+    weight[at] = samples.weight
     low, high = frequencies[0], 2.0 * frequencies[-1] - frequencies[-2]
 
     def spectrum(times: float) -> ZoomFFT:
-        ends = [2.0 * times * heard.interval * f for f in (low, high)]
+        ends = [2.0 * times * samples.interval * f for f in (low, high)]
         return ZoomFFT(len(weight), ends, len(frequencies))
 
-    seen = np.abs(alias(frequencies, heard.interval)) * (since[-1] - since[0]) >= TURNS
+    seen = np.abs(alias(frequencies, samples.interval)) * (since[-1] - since[0]) >= TURNS
     late = np.exp(-2j * np.pi * frequencies * since[0]) * seen
     double, whole = spectrum(2.0)(weight) * late**2, weight.sum() * seen
     known = 0.5 * np.stack([whole - double.real, -double.imag, whole + double.real])
-    return Ear(heard.label, heard.rows, at, spectrum(1.0), late, known)
+    return ChannelSpectrum(samples.label, samples.rows, at, spectrum(1.0), late, known)
 
 
 def alias(frequencies: np.ndarray, interval: float) -> np.ndarray:
@@ -244,12 +244,12 @@ def alias(frequencies: np.ndarray, interval: float) -> np.ndarray:
     return frequencies - np.round(frequencies * interval) / interval
 
 
-def weighing(ears: tuple[Ear, ...], sizes: np.ndarray) -> Weighing:
+def weighing(channels: tuple[ChannelSpectrum, ...], sizes: np.ndarray) -> Weighing:
     """Return how channels weigh a line of some amplitudes [SI] (sizes,)."""
-    first, both, second = np.stack([ear.known for ear in ears], axis=1)[:, None]
+    first, both, second = np.stack([one.known for one in channels], axis=1)[:, None]
     variance = 0.5 * sizes[:, None, None] ** 2
     held, kept = first + 1.0 / variance, second + 1.0 / variance
     product = held * kept - both**2
     inverse = np.stack([kept, -both * np.ones_like(kept), held]) / product
     room = 0.5 * np.sum(np.log(variance**2 * product), axis=1)
-    return Weighing(ears, inverse, room)
+    return Weighing(channels, inverse, room)

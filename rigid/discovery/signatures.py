@@ -77,13 +77,13 @@ def laid_out(fit: Fitted, effects: Effects, shelf: Shelf) -> Bench:
     def make() -> tuple[np.ndarray, dict[str, Line], Bumps]:
         hidden = hidden_signatures(fit, SORTS.values())
         searched = {e: (picked_up if e.picked_up() else lines)(fit, e) for e in beating}
-        heard = {e: line for e, line in searched.items() if line is not None}
-        beats = [line.candidate(e, given) for e, line in heard.items()]
+        lines_found = {e: line for e, line in searched.items() if line is not None}
+        beats = [line.candidate(e, given) for e, line in lines_found.items()]
         both = [signatures(base, fit.programs, some) for some in (spread, beats)]
-        return np.concatenate(both, axis=1), {e.name: one for e, one in heard.items()}, hidden
+        return np.concatenate(both, axis=1), {e.name: one for e, one in lines_found.items()}, hidden
 
-    found, heard, bumps = shelf.once(KEPT, make, (Line, Bumps, *SORTS.values()))
-    beats = tuple(heard[e.name].candidate(e, given) for e in beating if e.name in heard)
+    found, lines_found, bumps = shelf.once(KEPT, make, (Line, Bumps, *SORTS.values()))
+    beats = tuple(lines_found[e.name].candidate(e, given) for e in beating if e.name in lines_found)
     listed, columns = spread + beats, np.concatenate([found, bumps.columns], axis=1)
     shared = dataclasses.replace(bumps, columns=columns[:, len(listed) :])
     return Bench(fit.programs, listed, shared, columns)
