@@ -56,15 +56,15 @@ def test_alarms_stand_beside_the_ranks_and_a_study_goes_on(study, tmp_path):
     assert rows.read_bytes().startswith(before)
     values = [one["value"] for one in read_rows(rows)]
     assert [value["number"] for value in values] == [0, 1]
-    heard = found.verdict.alarms
-    assert heard is not None
-    assert heard.campaigns == 2
-    assert heard.count == sum(value["verdict"] != "nothing-missing" for value in values)
+    alarms = found.verdict.alarms
+    assert alarms is not None
+    assert alarms.campaigns == 2
+    assert alarms.count == sum(value["verdict"] != "nothing-missing" for value in values)
     told = json.loads((tmp_path / "validation.json").read_text("utf-8"))
-    assert told["discovery"]["high"] == heard.high
+    assert told["discovery"]["high"] == alarms.high
     assert "alarms" in [check["name"] for check in told["checks"]]
     assert "False alarms of discovery" in (tmp_path / "index.html").read_text("utf-8")
-    assert heard.says in found.table()
+    assert alarms.says in found.table()
 
 
 @pytest.mark.slow

@@ -11,7 +11,7 @@ from rigid.inference.posterior import load_posterior
 from rigid.plots.shown import QUANTILES, FrictionCurve
 from rigid.plots.vector import svg
 from rigid.report.calibration.figures.friction import friction_figure
-from rigid.report.calibration.shown import heard
+from rigid.report.calibration.shown import narrowed
 from rigid.report.paper_values import FRICTION
 
 
@@ -39,7 +39,7 @@ def main() -> None:
         storage=quantiles(posterior, "k_omega"),
         magnitude=size,
         prior_magnitude=before,
-        informed=heard(size, before),
+        informed=narrowed(size, before),
         published=tuple((f, p.value, p.place) for f, p in FRICTION),
     )
     figure = friction_figure(curve, simulated=True)

@@ -140,7 +140,7 @@ def _channel(found: Found, piece: Piece, i: int, reading: np.ndarray, noise: tup
     if step > 0.0:
         replicates = np.round(replicates / step) * step
     raw = np.where(read, data - reading[0], 0.0) / piece.sheet.floor
-    next_ = ahead(noise_law(raw, read), raw, read)
+    innovations = ahead(noise_law(raw, read), raw, read)
     memory = found.correlation[piece.group, piece.quantity, piece.tracks[i]]
     return ChannelDraws(
         record=track.name,
@@ -151,8 +151,8 @@ def _channel(found: Found, piece: Piece, i: int, reading: np.ndarray, noise: tup
         data=np.where(read, data, np.nan),
         quantiles=np.percentile(reading, LEVELS, axis=0),
         replicates=replicates.astype(np.float32),
-        residual=next_,
-        gap=float(np.sqrt(np.nanmean(next_**2))),
+        residual=innovations,
+        gap=float(np.sqrt(np.nanmean(innovations**2))),
         correlation_time=memory.time * track.interval if memory.time > 1.0 else 0.0,
     )
 

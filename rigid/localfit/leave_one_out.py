@@ -194,8 +194,8 @@ def _ahead(
         mine = (layout.channel == number) & rows
         scaled = residual[mine] / layout.floor[mine]
         good = layout.weight[mine] > 0
-        next_ = ahead(noise_law(scaled, good), scaled, good)
-        out.append(next_[np.isfinite(next_)])
+        innovations = ahead(noise_law(scaled, good), scaled, good)
+        out.append(innovations[np.isfinite(innovations)])
     return np.concatenate(out) if out else np.zeros(0)
 
 

@@ -154,8 +154,8 @@ def validate(base: Base, asked: Replicates, seed: int, options: Options) -> Vali
     used = [r["value"] for r in rows if r["failed"] is None and r["value"]["good"]]
     found = verdict(design, rows)
     if asked.discover:
-        heard = count_alarms(base, asked.discover, design, replace(options, out=kept))
-        found = replace(found, alarms=heard)
+        counted = count_alarms(base, asked.discover, design, replace(options, out=kept))
+        found = replace(found, alarms=counted)
     return Validation(
         spec=spec,
         records=base.records,

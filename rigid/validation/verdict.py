@@ -52,15 +52,15 @@ class Verdict:
     @property
     def checks(self) -> tuple[Check, ...]:
         """What must hold for the method to be trusted on this spec."""
-        heard = () if self.alarms is None else (self.alarms.check,)
+        alarms = () if self.alarms is None else (self.alarms.check,)
         if self.replicates < 2:
-            return (self._enough, *heard)
+            return (self._enough, *alarms)
         if self.design.fit == SLOPES:
             return (self._enough, self._alone)
         together = (self._together,) if self.held else ()
         apart = (one for one in (self.searched, self.solver) if one is not None)
         both = (self._marginal, self._joint, *together)
-        return (self._enough, self._reliable, *apart, *both, *heard)
+        return (self._enough, self._reliable, *apart, *both, *alarms)
 
     @property
     def usable(self) -> bool:

@@ -87,7 +87,7 @@ def friction_curve(done: Calibrated) -> shown.FrictionCurve | None:
             ("prior_magnitude", prior.magnitude),
         )
     }
-    informed = heard(quantiles["magnitude"], quantiles["prior_magnitude"])
+    informed = narrowed(quantiles["magnitude"], quantiles["prior_magnitude"])
     ours = of_the_paper(done.problem)
     printed = tuple((f, p.value, p.place) for f, p in published_frictions(ours))
     return shown.FrictionCurve(
@@ -97,7 +97,7 @@ def friction_curve(done: Calibrated) -> shown.FrictionCurve | None:
     )  # fmt: skip
 
 
-def heard(after: np.ndarray, before: np.ndarray) -> np.ndarray:
+def narrowed(after: np.ndarray, before: np.ndarray) -> np.ndarray:
     """Where records and not the prior alone speak of |mu| (m,).
 
     - `after`, `before` (5, m): quantiles of |mu| [N s/m] at LEVELS, of posterior and prior.

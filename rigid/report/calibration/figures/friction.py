@@ -107,10 +107,10 @@ def _silent(curve: FrictionCurve) -> list[tuple[float, float]]:
         ([_LOWEST], np.sqrt(curve.frequency[1:] * curve.frequency[:-1]), [_HIGHEST])
     )
     stretches, start = [], None
-    for index, heard in enumerate([*curve.informed, True]):
-        if not heard and start is None:
+    for index, informed in enumerate([*curve.informed, True]):
+        if not informed and start is None:
             start = index
-        if heard and start is not None:
+        if informed and start is not None:
             stretches.append((float(edges[start]), float(edges[index])))
             start = None
     return stretches

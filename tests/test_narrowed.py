@@ -16,7 +16,7 @@ from rigid.inference.friction_curve import FREQUENCIES
 from rigid.inference.search import search_from
 from rigid.likelihood.assemble import assemble
 from rigid.records.read import read_records
-from rigid.report.calibration.shown import PRIOR_DRAWS, heard
+from rigid.report.calibration.shown import PRIOR_DRAWS, narrowed
 from rigid.spec import load_spec
 
 EXAMPLE = Path(__file__).parents[1] / "fits" / "calibration.toml"
@@ -30,7 +30,7 @@ def magnitudes(problem, z: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.slow
-def test_only_what_the_records_narrow_is_heard():
+def test_only_what_the_records_narrow_is_marked():
     spec = load_spec(EXAMPLE)
     problem = assemble(spec, read_records(spec))
     rng = np.random.default_rng(66)
@@ -47,7 +47,7 @@ def test_only_what_the_records_narrow_is_heard():
         )
         law = search_from(masked, best[None]).optima[0]
         z = rng.multivariate_normal(law.z, law.covariance, size=PRIOR_DRAWS, method="cholesky")
-        marks = heard(magnitudes(problem, z), before)
+        marks = narrowed(magnitudes(problem, z), before)
         found[kinds] = tuple(
             bool(marks[np.argmin(np.abs(FREQUENCIES - hertz))]) for hertz in (STEADY, RINGING)
         )
