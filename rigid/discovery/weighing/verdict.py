@@ -36,8 +36,7 @@ def verdict_of(found: Explained, said: Odds) -> str:
     total = sum(some.values())
     named = {k: v for k, v in some.items() if k != UNNAMED}
     top = max(named, key=lambda k: named[k], default=UNNAMED)
-    # What may be the form of what was added is no reason to add no more: that helps the form, too.
-    if not named or some[UNNAMED] - said.form > sum(named.values()):
+    if not named or some[UNNAMED] > sum(named.values()):
         return "unnamed"
     sure = named[top] > SURE_NAME * total and not lookalikes(found, said, top)
     return "named" if sure else "indistinguishable"
