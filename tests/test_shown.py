@@ -298,6 +298,14 @@ def test_the_answer_speaks_of_every_step():
     assert "With a probability of 0.06 it is no second effect" in said["How sure?"][1]
     [following] = said["What next?"]
     assert "take a free run." in following
+    assert "exact laws" not in following
+    rest = bare(
+        Step, verdict="unnamed", chosen=None, judged=None, next_record=None, refused={},
+        explained=bare(Explained, p_value=0.004, listed=()), said=odds({"unnamed": 0.99}),
+        place=Where("free-run-1", "A", "pressure", None, None),
+    )  # fmt: skip
+    [following] = dict(lead(bare(Outcome, steps=(*steps, rest)), None))["What next?"]
+    assert "what is left says that one is not" in following
 
 
 def test_an_effect_that_fails_a_check_is_told_with_its_reason_and_not_named():

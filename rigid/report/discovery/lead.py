@@ -190,6 +190,8 @@ def moves(one: Refit) -> tuple[Moved, ...]:
 
 def _next(steps: tuple[Step, ...], extended: str | None) -> str:
     parts = [f"To know which, take {s.next_record}." for s in steps if s.next_record is not None]
+    if parts and steps[-1].chosen is None and len(steps) > 1:
+        parts.append("That is reckoned with exact laws; what is left says that one is not.")
     if extended is not None:
         parts.append(
             f"`python -m rigid.fit {extended}` samples the model with what was added and gives its "
