@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from rigid.discovery.unmodelled.inputs import Input
 from rigid.discovery.weighing.discrepancy import (
     FACTOR,
     TYPICAL,
@@ -11,8 +12,10 @@ from rigid.discovery.weighing.discrepancy import (
     of_another,
     of_the_law,
 )
-from rigid.discovery.weighing.explain import NOTHING, UNNAMED
+from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained, bundles_of
 from rigid.discovery.weighing.odds import Odds
+from rigid.discovery.workflow import most_left
+from rigid.localfit.screening import Screening
 
 SURE = 1.0 / 1.1
 
@@ -112,6 +115,23 @@ def test_what_leaves_as_much_as_it_explains_is_not_sure_to_be_the_effect():
     assert 0.8 < then.probability["accelerometer-resonance"] < 0.88
     little = moderated(first, 0.1)
     assert little.probability[UNNAMED] == pytest.approx(1.0 - SURE)
+
+
+def test_what_explains_nothing_at_all_has_no_part():
+    """An evidence of minus infinity, and a turn at which no effect is left to be weighed."""
+    first = said({"clock-offset": 100.0, "return-spring": -np.inf})
+    then = moderated(beside(first, 300.0, 50.0), 20.0)
+    assert then.probability["return-spring"] == 0.0
+    assert sum(then.probability.values()) == pytest.approx(1.0)
+    alone = Odds({NOTHING: np.log(0.01), UNNAMED: np.log(0.99)}, {})
+    for then in (beside(alone, 300.0, 50.0), moderated(alone, 50.0)):
+        assert then.probability == pytest.approx(alone.probability)
+    one = np.array([[4.0]])
+    bundles = bundles_of((Input("force", "speed"),), 0, one)
+    found = Explained(
+        (), Screening(np.array([6.0]), one), np.array([]), bundles, np.array([7.0]), 0.0
+    )
+    assert most_left(found, alone) == pytest.approx(7.0)
 
 
 def test_a_discrepancy_of_three_directions_lies_in_one_by_chance_as_often_as_reckoned():

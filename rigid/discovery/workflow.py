@@ -171,7 +171,7 @@ def _steps(turn: Turn) -> Outcome:
             break
         turn = turn.after(refits[steps[-1].chosen])
         said = _odds(turn)
-    left = _most(turn.found, said) if _missing(turn.found, said) else 0.0
+    left = most_left(turn.found, said) if _missing(turn.found, said) else 0.0
     return Outcome(
         base,
         turn.fit.programs,
@@ -212,9 +212,9 @@ def _odds(
     return beside(odds(turn.found, changes, both), turn.before, turn.found.unnamed)
 
 
-def _most(found: Explained, said: Odds) -> float:
+def most_left(found: Explained, said: Odds) -> float:
     """Evidence for what explains most of what is left, with a name or without, in nats."""
-    return max(found.unnamed, *said.evidence.values())
+    return max([found.unnamed, *said.evidence.values()])
 
 
 def _fitted_in_full(turn: Turn) -> tuple[Odds, dict[str, Refit]]:

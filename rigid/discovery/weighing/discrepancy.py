@@ -22,6 +22,10 @@ GREATEST = 0.5
 """A law that leaves more than this share is that of another effect."""
 
 
+NEVER = 1e9
+"""Nats behind of an effect that explains nothing at all, in place of infinity."""
+
+
 def of_the_law(share: float | np.ndarray) -> np.ndarray:
     """Density, over its logarithm, of the share of the evidence that the right law leaves."""
     # What is less than usual is not held against a law.
@@ -76,12 +80,12 @@ def moderated(said: Odds, left: float) -> Odds:
     - What leaves more than a law would is rather something unnamed that looks like the effect.
     """
     names = [name for name in said.log if name not in (NOTHING, UNNAMED)]
-    if left <= 0.0 or not names:
-        return said
     logs = np.array([said.log[name] for name in names])
+    if left <= 0.0 or not np.isfinite(logs).any():
+        return said
     top = names[int(np.argmax(logs))]
     everything = max(said.evidence[top], 0.0) + left
-    behind = np.max(logs) - logs
+    behind = np.minimum(np.max(logs) - logs, NEVER)
     share, here = (behind + left) / everything, left / everything
     by_chance = 1.0 - np.sqrt(behind / (behind + left))
     by_chance *= of_the_law(share) / of_the_law(here)
