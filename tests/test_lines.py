@@ -9,7 +9,15 @@ from rigs import BASE, SHEETS, converted, drive, effects, parameters, track
 from scipy.special import logsumexp
 
 from rigid.discovery.fitted import Fitted
-from rigid.discovery.periodic import FINER, LOG_MASS, QUANTILES, lines, log_bayes_of_line
+from rigid.discovery.periodic import (
+    BY_CHANCE,
+    FINER,
+    MASS,
+    QUANTILES,
+    Sizes,
+    lines,
+    log_bayes_of_line,
+)
 from rigid.discovery.signatures import laid_out
 from rigid.discovery.turn import weigh
 from rigid.effects import CATALOGUE
@@ -130,6 +138,27 @@ def test_two_cylinders_of_one_record_share_the_pumps_angle():
     assert beating([CATALOGUE["piston-leakage"]], with_pump) == {}
 
 
+def test_amplitudes_that_change_nothing_are_left_out_of_the_sum():
+    """Decades of them: of 33 a third is left, and the evidence is that of all, line or none."""
+    rng = np.random.default_rng(7)
+    known = np.geomspace(1.0, 100.0, 50)[None] * np.array([[1.0], [0.3]])
+    listed = np.asarray(Lognormal(0.1, 10.0).from_standard(QUANTILES))
+    every = Sizes(*(np.repeat(one[:, None], 50, axis=1) for one in (listed, np.log(MASS))))
+    all_told = Sizes.of(listed, known.sum(axis=0))
+    few = Sizes.of(listed, known.sum(axis=0), BY_CHANCE)
+    assert len(few.at) < 18 < len(all_told.at) < len(every.at)
+    assert np.all(np.exp(few.log_mass[0]) > MASS[0]), "the first stands for all below it"
+    for size, sizes in ((0.0, few), (0.0, all_told), (100.0, all_told)):
+        pulls = np.sqrt(known) * (rng.standard_normal(known.shape) + 1j * size)
+        found, whole = (
+            log_bayes_of_line(pulls, known, one, np.zeros(50)) for one in (sizes, every)
+        )
+        np.testing.assert_allclose(found, whole, atol=5e-3)
+        if size:
+            cut = log_bayes_of_line(pulls, known, few, np.zeros(50))
+            assert np.max(whole - cut) > 1.0, "a strong line is not told with the few"
+
+
 FREQUENCIES, DRAWS = 400, 2000
 
 
@@ -144,7 +173,8 @@ def without_a_line(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
 def test_evidence_for_a_line_is_one_in_the_mean_where_there_is_none():
     """A Bayes factor against what is true has the mean 1, for whatever is weighed by it."""
     pulls, known = without_a_line(np.random.default_rng(4))
-    sizes = np.asarray(Lognormal(0.02, 1.5).from_standard(QUANTILES))
+    listed = np.asarray(Lognormal(0.02, 1.5).from_standard(QUANTILES))
+    sizes = Sizes.of(listed, known.sum(axis=0))
     prior = np.full(FREQUENCIES, -np.log(FREQUENCIES))
     factors = np.exp([logsumexp(log_bayes_of_line(one, known, sizes, prior)) for one in pulls])
     error = 4.0 * factors.std() / np.sqrt(DRAWS)
@@ -159,11 +189,11 @@ def test_evidence_for_a_line_is_that_of_all_phases_and_amplitudes():
     known, sizes = np.array([[400.0], [90.0]]), np.linspace(0.0, 0.3, len(QUANTILES))
     angles = np.linspace(-np.pi, np.pi, 4001)[:-1]
     total = 0.0
-    for size, mass in zip(sizes, np.exp(LOG_MASS), strict=True):
+    for size, mass in zip(sizes, MASS, strict=True):
         each = [
             np.exp(size * np.imag(np.exp(1j * angles) * g) - 0.5 * size**2 * j).mean()
             for g, j in zip(pulls[:, 0], known[:, 0], strict=True)
         ]
         total += mass * np.prod(each)
-    found = log_bayes_of_line(pulls, known, sizes, np.zeros(1))
+    found = log_bayes_of_line(pulls, known, Sizes.of(sizes, known.sum(axis=0)), np.zeros(1))
     assert found[0] == pytest.approx(np.log(total), abs=1e-9)

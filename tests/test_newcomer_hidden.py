@@ -168,7 +168,7 @@ class Creep(AbstractHidden):
         return About("sensor", "creep of the load cell", "pond", over)
 
     @classmethod
-    def signatures(cls, fit: Fitted, earlier: Bumps) -> Bumps:
+    def signatures(cls, fit: Fitted, earlier: Callable[[], Bumps]) -> Bumps:
         layout, reading = fit.local.layout, fit.local.reading
         rows = {c[:3]: np.flatnonzero(layout.channel == n) for n, c in enumerate(layout.channels)}
         columns = np.zeros((len(reading), len(PLACES)))

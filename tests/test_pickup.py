@@ -6,7 +6,7 @@ from scipy.stats import multivariate_normal
 from test_lines import CHOICE, RIPPLE, campaign
 
 from rigid.discovery.fitted import Fitted
-from rigid.discovery.periodic import LOG_MASS, QUANTILES
+from rigid.discovery.periodic import QUANTILES
 from rigid.discovery.pickup import ChannelSamples, spectrum_of, weighing
 from rigid.discovery.signatures import laid_out
 from rigid.discovery.turn import weigh
@@ -31,10 +31,8 @@ def test_evidence_of_a_line_is_a_ratio_of_gaussian_densities():
     times = 0.01 * rows + begin
     spectrum = spectrum_of(ChannelSamples("angle", rows, times, weight[rows], 0.01), frequencies)
     sizes = np.linspace(0.1, 3.0, len(QUANTILES))
-    found = (
-        weighing((spectrum,), sizes).of_sizes((weight * read)[:, None])[:, :, 0].T
-        - LOG_MASS[:, None]
-    )
+    weights = weighing((spectrum,), sizes)
+    found = weights.of_sizes((weight * read)[:, None])[:, :, 0].T - weights.log_mass
     noise = np.diag(1.0 / weight[rows])
     for i in (0, 10, 32):
         for j, frequency in enumerate(frequencies):
@@ -53,7 +51,7 @@ def test_what_moves_whole_records_is_no_line():
     times = 0.01 * (rows + 0.5)
     spectrum = spectrum_of(ChannelSamples("angle", rows, times, np.ones(1000), 0.01), frequencies)
     weights = weighing((spectrum,), np.linspace(0.1, 3.0, len(QUANTILES)))
-    found = weights.of_sizes(2.0 * np.ones((1000, 1)))[:, :, 0] - LOG_MASS
+    found = weights.of_sizes(2.0 * np.ones((1000, 1)))[:, :, 0] - weights.log_mass.T
     np.testing.assert_array_equal(found[:5], 0.0)
     assert np.all(found[5:] < 0.0)
     assert weights.likeliest(2.0 * np.ones(1000), 2).amplitude == 0.0

@@ -40,7 +40,10 @@ CHANCES = 300
 """Simulated records without a line."""
 QUANTILES = np.linspace(-4.0, 4.0, 33)
 """Of the amplitude's prior, on the standard normal scale, over which evidence is summed."""
-LOG_MASS = np.log(norm.pdf(QUANTILES) / norm.pdf(QUANTILES).sum())
+MASS = norm.pdf(QUANTILES) / norm.pdf(QUANTILES).sum()
+UNSEEN, BY_CHANCE = 0.03, 30.0
+"""Amplitudes, in the sd that the records leave: up to the one a line is as good as none, beyond the
+other chance makes none, and sums over amplitudes where there is no line need not go further."""
 
 
 class Line(NamedTuple):
@@ -78,6 +81,36 @@ class Line(NamedTuple):
             effect, amplitude, absent, prior, shape,
             log_share=self.log_share, priors=around, chance=tuple(self.chance),
         )  # fmt: skip
+
+
+class Sizes(NamedTuple):
+    """Amplitudes over which evidence is summed.
+
+    - `at` (sizes, frequencies) [SI]. - `log_mass` (sizes, frequencies): of their prior.
+    """
+
+    at: np.ndarray
+    log_mass: np.ndarray
+
+    @classmethod
+    def of(cls, listed: np.ndarray, known: np.ndarray, most: float = math.inf) -> "Sizes":
+        """Take at each frequency the amplitudes that may matter there.
+
+        - `listed` (QUANTILES,) [SI]: of the prior. - `known` (frequencies,) [1/SI^2]: what the
+          records know of an amplitude. - `most`: of the greatest, in the sd that they leave.
+
+        The first stands for all that are smaller.
+        """
+        order = np.argsort(np.abs(listed), kind="stable")
+        sizes, below = np.abs(listed)[order], np.cumsum(MASS[order])
+        told = sizes[:, None] * np.sqrt(known)
+        first = np.maximum((told < UNSEEN).sum(axis=0) - 1, 0)
+        last = np.minimum((told <= most).sum(axis=0), len(sizes) - 1)
+        count = int(np.max(last - first)) + 1
+        first = np.minimum(first, len(sizes) - count)
+        at = first + np.arange(count)[:, None]
+        mass = np.where(at == first, below[at], MASS[order][at])
+        return cls(sizes[at], np.log(mass))
 
 
 class BeatingChannel(NamedTuple):
@@ -158,23 +191,25 @@ def lines(fit: Fitted, effect: type[AbstractEffect]) -> Line | None:
     if search is None:
         return None
     (_, absent, prior), known = amplitude_of(priors), search.known()
+    listed = np.asarray(prior.from_standard(QUANTILES)) - absent
+    of_all = known.sum(axis=0)
     weigh = partial(
         log_bayes_of_line,
         known=known,
-        sizes=np.asarray(prior.from_standard(QUANTILES)) - absent,
         log_prior=log_prior_of(priors[effect.beat][1], search.frequencies),
     )
     gradients = search.gradients(local.terms.score)
-    each = weigh(gradients)
+    each = weigh(gradients, sizes=Sizes.of(listed, of_all))
     best = int(np.argmax(each))
     gradient, size = np.abs(gradients[:, best]).sum(), known[:, best].sum()
+    few = Sizes.of(listed, of_all, BY_CHANCE)
     share = total(each) - float(log_bayes(gradient, size, amplitudes(prior, absent)))
     turned = np.mod(1.5 * math.pi - np.angle(gradients[:, best]), 2.0 * math.pi) - math.pi
     return Line(
         float(search.frequencies[best]),
         tuple(zip(search.angles, turned.tolist(), strict=True)),
         share,
-        tuple(total(weigh(one)) for one in search.gradients(noise(local))),
+        tuple(total(weigh(one, sizes=few)) for one in search.gradients(noise(local))),
     )
 
 
@@ -255,19 +290,17 @@ def log_prior_of(prior: AbstractPrior, frequencies: np.ndarray) -> np.ndarray:
 
 
 def log_bayes_of_line(
-    gradients: np.ndarray, known: np.ndarray, sizes: np.ndarray, log_prior: np.ndarray
+    gradients: np.ndarray, known: np.ndarray, sizes: Sizes, log_prior: np.ndarray
 ) -> np.ndarray:
     """Log Bayes factor of a beat of each frequency times its prior (frequencies,).
 
     Amplitude and phases are averaged over.
 
-    - `gradients`, `known` (angles, frequencies). - `sizes` (amplitudes,): at QUANTILES of their
-      prior.
-    - `log_prior` (frequencies,).
+    - `gradients`, `known` (angles, frequencies). - `sizes`. - `log_prior` (frequencies,).
     """
-    argument = sizes[:, None, None] * np.abs(gradients)
+    argument = sizes.at[:, None] * np.abs(gradients)
     mean = np.sum(np.log(i0e(argument)) + argument, axis=1)
-    each = mean - 0.5 * sizes[:, None] ** 2 * known.sum(axis=0) + LOG_MASS[:, None]
+    each = mean - 0.5 * sizes.at**2 * known.sum(axis=0) + sizes.log_mass
     return np.asarray(logsumexp(each, axis=0)) + log_prior
 
 

@@ -7,6 +7,7 @@ search the amplitude of a sensor's line differs from channel to channel by Rayle
 size that is averaged over; the refit has one amplitude for all channels of a sort.
 """
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
@@ -15,12 +16,13 @@ from scipy.signal import ZoomFFT
 
 from rigid.discovery.fitted import Fitted
 from rigid.discovery.periodic import (
+    BY_CHANCE,
     CHANCES,
     FINER,
-    LOG_MASS,
     QUANTILES,
     SPREAD,
     Line,
+    Sizes,
     log_prior_of,
     noise,
     total,
@@ -88,12 +90,14 @@ class Weighing(NamedTuple):
 
     - `channels`: those of the quantity. - `inverse` (3, sizes, channels, frequencies): of the
       information with the prior in, for all amplitudes that are averaged over.
-    - `room` (sizes, frequencies): what the room for a line costs.
+    - `room` (sizes, frequencies): what the room for a line costs. - `log_mass` (sizes,
+      frequencies): of the amplitudes' prior.
     """
 
     channels: tuple[ChannelSpectrum, ...]
     inverse: np.ndarray
     room: np.ndarray
+    log_mass: np.ndarray
 
     def of_sizes(self, score: np.ndarray) -> np.ndarray:
         """Log Bayes factor times the prior of each size (frequencies, sizes, draws)."""
@@ -102,7 +106,7 @@ class Weighing(NamedTuple):
         frequencies, sizes = self.room.T.shape
         inverse = self.inverse.transpose(3, 1, 0, 2).reshape(frequencies, sizes, -1)
         each = products.transpose(3, 0, 1, 2).reshape(frequencies, inverse.shape[-1], -1)
-        return 0.5 * inverse @ each - (self.room - LOG_MASS[:, None]).T[:, :, None]
+        return 0.5 * inverse @ each - (self.room - self.log_mass).T[:, :, None]
 
     def likeliest(self, score: np.ndarray, frequency: int) -> "Likeliest":
         """Return what line of a frequency, by its number, the channels read most likely."""
@@ -150,21 +154,20 @@ def picked_up(fit: Fitted, effect: type[AbstractEffect]) -> Line | None:
     _, absent, prior = amplitude_of(priors)
     sizes = np.asarray(prior.from_standard(QUANTILES)) - absent
     labels = picking_up([effect], local.layout.problem.tracks)
-    weighings = {
-        quantity: weighing(channels, sizes * units[quantity])
-        for quantity, channels in _spectra(local, labels, frequencies).items()
-    }
+    spectra = _spectra(local, labels, frequencies)
+    weighings = {q: weighing(channels, sizes * units[q]) for q, channels in spectra.items()}
     law = log_prior_of(priors[effect.beat][1], frequencies)
 
-    def weigh(score: np.ndarray) -> np.ndarray:
-        each = (w.of_sizes(score).swapaxes(1, 2) for w in weighings.values())
+    def weigh(by: Mapping[str, Weighing], score: np.ndarray) -> np.ndarray:
+        each = (w.of_sizes(score).swapaxes(1, 2) for w in by.values())
         return law[:, None] + sum(log_sum(one) for one in each)
 
     def chances() -> Iterator[float]:
+        few = {q: weighing(w.channels, sizes * units[q], BY_CHANCE) for q, w in weighings.items()}
         for some in np.array_split(noise(local).T, CHANCES // AT_ONCE, axis=1):
-            yield from log_sum(weigh(some).T).tolist()
+            yield from log_sum(weigh(few, some).T).tolist()
 
-    each = weigh(local.terms.score[:, None])[:, 0]
+    each = weigh(weighings, local.terms.score[:, None])[:, 0]
     best = int(np.argmax(each))
     every = ((q, one.likeliest(local.terms.score, best)) for q, one in weighings.items())
     found = {q: one for q, one in every if one.amplitude > 0.0}
@@ -244,12 +247,18 @@ def alias(frequencies: np.ndarray, interval: float) -> np.ndarray:
     return frequencies - np.round(frequencies * interval) / interval
 
 
-def weighing(channels: tuple[ChannelSpectrum, ...], sizes: np.ndarray) -> Weighing:
-    """Return how channels weigh a line of some amplitudes [SI] (sizes,)."""
+def weighing(
+    channels: tuple[ChannelSpectrum, ...], listed: np.ndarray, most: float = math.inf
+) -> Weighing:
+    """Return how channels weigh a line.
+
+    - `listed`, `most`: its amplitudes, as in `Sizes.of`.
+    """
     first, both, second = np.stack([one.known for one in channels], axis=1)[:, None]
-    variance = 0.5 * sizes[:, None, None] ** 2
+    sizes = Sizes.of(listed, 0.5 * (first + second).sum(axis=(0, 1)), most)
+    variance = 0.5 * sizes.at[:, None] ** 2
     held, kept = first + 1.0 / variance, second + 1.0 / variance
     product = held * kept - both**2
     inverse = np.stack([kept, -both * np.ones_like(kept), held]) / product
     room = 0.5 * np.sum(np.log(variance**2 * product), axis=1)
-    return Weighing(channels, inverse, room)
+    return Weighing(channels, inverse, room, sizes.log_mass)

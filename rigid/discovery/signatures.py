@@ -53,13 +53,13 @@ def _top(fit: Fitted) -> float:
 
 def hidden_signatures(fit: Fitted, sorts: Iterable[type[AbstractHidden]]) -> Bumps:
     """What everything hidden would leave, sort after sort."""
-    found = none(len(fit.local.residual))
+    found = [none(len(fit.local.residual))]
     for sort in sorts:
-        mine = sort.signatures(fit, found)
+        mine = sort.signatures(fit, lambda: together(found))
         if not np.isfinite(mine.columns).all():
             raise ValueError(f"{sort.__module__}: signatures of '{sort.sort}' are not all finite")
-        found = together([found, mine])
-    return found
+        found.append(mine)
+    return together(found)
 
 
 def laid_out(fit: Fitted, effects: Effects, shelf: Shelf) -> Bench:

@@ -1,7 +1,8 @@
 """Records of one kind simulated together, in one compiled program for all walkers."""
 
+import dataclasses
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import ClassVar, NamedTuple
 
@@ -71,6 +72,10 @@ class AbstractGroup(eqx.Module):
             for q in self.quantities
         }
 
+    def coarser(self) -> "AbstractGroup":
+        """Return the group in as long steps as bear what a small change does; itself by default."""
+        return self
+
     def own(self, found: dict[str, Array]) -> dict[str, Array]:
         """Return readings on the grid for the group's own samples and tracks."""
         return {q: s[: self.samples, : len(self.tracks)] for q, s in found.items()}
@@ -97,6 +102,7 @@ class SlowGrid(AbstractGrid):
 
     drives: Drives
     tolerance: float | None = eqx.field(static=True)
+    coarse: bool = eqx.field(static=True, default=False)
 
     def simulate(self, inputs: tuple) -> dict[str, Array]:
         """Return load, stroke and pressure; `inputs` as of `SlowGroup.inputs`."""
@@ -106,7 +112,8 @@ class SlowGrid(AbstractGrid):
         elif rig.steady:
             found = slow.march(rig, contact, fractions, self.drives)
         else:
-            found = staggered.march(rig, contact, fractions, self.drives, angles)
+            drives, coarse = self.drives, self.coarse
+            found = staggered.march(rig, contact, fractions, drives, angles, coarse)
         return with_lines(rig, found, self.drives.interval, picked_up)
 
 
@@ -120,6 +127,7 @@ class SlowGroup(AbstractGroup):
     effects: tuple[type[AbstractEffect], ...] = eqx.field(static=True)
     tolerance: float | None = eqx.field(static=True, default=None)
     room: Room = eqx.field(static=True, default=Room())
+    coarse: bool = eqx.field(static=True, default=False)
     quantities: ClassVar[tuple[str, ...]] = ("load", "stroke", "pressure")
 
     @property
@@ -146,7 +154,11 @@ class SlowGroup(AbstractGroup):
     def grid(self) -> SlowGrid:
         """The drives side by side."""
         drives = side_by_side(self._spread(self._drives), self._laid.switches)
-        return SlowGrid(drives, self.tolerance)
+        return SlowGrid(drives, self.tolerance, self.coarse)
+
+    def coarser(self) -> "SlowGroup":
+        """Return the group in steps that are longer where the rig is not steady."""
+        return dataclasses.replace(self, coarse=True)
 
     def inputs(
         self, values: Mapping[str, Array]
@@ -191,6 +203,7 @@ class ReleaseGrid(AbstractGrid):
     onsets: tuple[int, ...] = eqx.field(static=True)
     sizes: tuple[int, ...] = eqx.field(static=True)
     tolerance: float | None = eqx.field(static=True)
+    coarse: bool = eqx.field(static=True, default=False)
 
     def simulate(self, inputs: tuple) -> dict[str, Array]:
         """Return the acceleration, 0 before the release; `inputs` as of `ReleaseGroup.inputs`."""
@@ -200,10 +213,14 @@ class ReleaseGrid(AbstractGrid):
         found = {"acceleration": swing(rig, preload, delay)}
         return with_lines(rig, found, self.interval, picked_up)
 
+    def _ring(self, rig: Rig) -> Callable[..., Array]:
+        """How a rig swings out, by steps."""
+        return release.ring if rig.steady else partial(staggered.ring, coarse=self.coarse)
+
     def _sudden(self, rig: Rig, preload: Array, delay: Array) -> Array:
         """Acceleration where straps let go at once."""
         longest = max(size - o for size, o in zip(self.sizes, self.onsets, strict=True))
-        ring = release.ring if rig.steady else staggered.ring
+        ring = self._ring(rig)
         if self.tolerance is not None:
             ring = partial(full.ring, tolerance=self.tolerance)
         swing = ring(rig, preload, delay, self.interval, longest)
@@ -224,8 +241,7 @@ class ReleaseGrid(AbstractGrid):
             sampled = delay - REACH * self.interval, self.interval
             return full.let_go(rig, preload, law, sampled, samples, self.tolerance)
         at = lattice(delay, self.interval)
-        ring = release.ring if rig.steady else staggered.ring
-        swing = ring(rig, preload, at.delay, self.interval, samples)
+        swing = self._ring(rig)(rig, preload, at.delay, self.interval, samples)
         return let_go(swing, abrupt(rig, preload, self.interval), at, law, self.interval)
 
 
@@ -235,6 +251,7 @@ class ReleaseGroup(AbstractGroup):
     tracks: tuple[Track, ...]
     effects: tuple[type[AbstractEffect], ...] = eqx.field(static=True)
     tolerance: float | None = eqx.field(static=True, default=None)
+    coarse: bool = eqx.field(static=True, default=False)
     quantities: ClassVar[tuple[str, ...]] = ("acceleration",)
 
     @property
@@ -247,7 +264,12 @@ class ReleaseGroup(AbstractGroup):
             onsets,
             tuple(t.size for t in self.tracks),
             self.tolerance,
+            self.coarse,
         )
+
+    def coarser(self) -> "ReleaseGroup":
+        """Return the group in steps that are longer where the rig is not steady."""
+        return dataclasses.replace(self, coarse=True)
 
     def inputs(
         self, values: Mapping[str, Array]

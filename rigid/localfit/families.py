@@ -3,8 +3,9 @@
 Compiling a rig anew for every candidate would take longer than all else. So what all of them would
 leave is simulated by few programs: one with every steady effect and the hidden forces and flows,
 one with those of them that hardly cost time, one with all others that have no state of their own,
-and one for each law of dry friction. Effects that are not asked for stand at the value at which
-they are absent. Fits take many turns, and are led to their optima in narrower programs.
+and one in which the laws of dry friction take turns. Effects that are not asked for stand at the
+value at which they are absent. Fits take many turns, and are led to their optima in narrower
+programs, in steps as short as a fit needs them.
 """
 
 import dataclasses
@@ -25,6 +26,7 @@ from rigid.likelihood.per_record import of_all
 from rigid.likelihood.problem import Problem
 from rigid.localfit.candidates import quiet_values
 from rigid.localfit.hidden_inputs import hidden_of
+from rigid.localfit.one_of import one_of, sharing, turn_of
 from rigid.physics.rig import acting
 
 Effects = tuple[type[AbstractEffect], ...]
@@ -45,13 +47,15 @@ class Family:
     """One program: the groups of a problem with further effects in them.
 
     - `effects`: those further ones. - `groups`: with all of them. - `quiet`: values by label at
-      which none of the further effects is there. - `width`: simulations side by side; left out,
+      which none of the further effects is there. - `turns`: labels of those that take turns, each 1
+      where it is its turn. - `width`: simulations side by side; left out,
       LANES. - `kinds`: of records that are simulated, all others come out as 0; left out, all.
     """
 
     effects: Effects
     groups: tuple[AbstractGroup, ...]
     quiet: Mapping[str, float]
+    turns: Mapping[type[AbstractEffect], str] = dataclasses.field(default_factory=dict)
     width: int | None = None
     kinds: Container[str] | None = None
 
@@ -89,7 +93,8 @@ def families(
 
     What adds a state, or a look at more than an instant, costs all others time: of a turn with
     every steady effect three quarters. So those that do neither have a first program of their own,
-    and every law of dry friction its own.
+    and laws of dry friction another, in which they take turns. What others than steady effects
+    change is simulated in coarse steps: no fit is made by these programs.
 
     - `together`: all in one program.
     """
@@ -101,9 +106,9 @@ def families(
     light = tuple(e for e in steady if _light(e))
     found = [_family(problem, some + hidden_of(problem)) for some in dict.fromkeys((light, steady))]
     plain = tuple(e for e in moving if not e.scales)
-    if plain:
-        found.append(_family(problem, plain))
-    return (*found, *(_family(problem, (e,)) for e in moving if e.scales))
+    lots = [plain] if plain else []
+    lots += sharing(e for e in moving if e.scales)
+    return (*found, *(_coarse(problem, some) for some in lots))
 
 
 def _light(effect: type[AbstractEffect]) -> bool:
@@ -120,6 +125,15 @@ def _family(problem: Problem, effects: Effects) -> Family:
     quiet = {label: value for effect in effects for label, value in quiet_values(effect).items()}
     quiet |= dict.fromkeys(of_all(effects, problem.tracks), 0.0)
     return Family(effects, tuple(groups), quiet)
+
+
+def _coarse(problem: Problem, effects: Effects) -> Family:
+    """Return the program of effects that change a little; those with states take turns."""
+    taking = len(effects) > 1 and bool(effects[0].scales)
+    made = _family(problem, (one_of(effects),) if taking else effects)
+    turns = {effect: turn_of(effect) for effect in effects} if taking else {}
+    groups = tuple(group.coarser() for group in made.groups)
+    return dataclasses.replace(made, effects=effects, groups=groups, turns=turns)
 
 
 def narrow(

@@ -59,7 +59,7 @@ def signatures(
         lots.setdefault(found.index(holding(found, [one.effect])), []).append(i)
     for number, members in lots.items():
         # Candidates that differ by their record alone share a simulation.
-        mine = [_way(local.layout, listed[i], found[number].steady) for i in members]
+        mine = [_way(local.layout, listed[i], found[number]) for i in members]
         ways = list(dict.fromkeys(mine))
         moved = changes(local, found[number], ways)
         for i, way in zip(members, mine, strict=True):
@@ -68,11 +68,12 @@ def signatures(
     return np.stack([c for c in columns if c is not None], axis=1) * reads(local)[:, None]
 
 
-def _way(layout: Layout, one: Candidate, steady: bool) -> Way:
-    """How a candidate's signature is simulated; `steady`: whether derivatives cost little."""
+def _way(layout: Layout, one: Candidate, family: Family) -> Way:
+    """How a candidate's signature is simulated by a program that has its effect."""
     kinds = frozenset(k for k in layout.kinds if one.effect.acts_in(k))
-    shape = tuple(one.shape.items())
-    if steady or one.level is not None:
+    turn = [(family.turns[one.effect], 1.0)] if one.effect in family.turns else []
+    shape = (*one.shape.items(), *turn)
+    if family.steady or one.level is not None:
         return Way(one.amplitude, shape, one.level, kinds)
     departures = [float(one.prior.from_standard(z)) - one.absent for z in (1.0, -1.0)]
     small = SMALL * max(departures, key=abs)  # either may be 0, where a prior is not centred

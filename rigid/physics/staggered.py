@@ -59,9 +59,19 @@ AT_WORK = (-1e-3, 0.0, 1e-3, 0.0, 136e5)
 """State at which the Jacobian is taken [m, m/s, m, m/s, Pa]: 60 kN, in contact."""
 
 
-def cut_of(effects: Iterable[AbstractEffect | type[AbstractEffect]]) -> Cut:
-    """Return into how many steps samples of a rig with some effects are cut."""
-    return DRY if any(effect.bristle for effect in effects) else SMOOTH
+COARSE_SMOOTH, COARSE_DRY = Cut(8, 4), Cut(8, 16)
+"""The same where it is asked what a little of an effect changes: most of the error is in both."""
+
+
+def cut_of(effects: Iterable[AbstractEffect | type[AbstractEffect]], coarse: bool = False) -> Cut:
+    """Return into how many steps samples of a rig with some effects are cut.
+
+    - `coarse`: for what a little of an effect changes.
+    """
+    dry = any(effect.bristle for effect in effects)
+    if coarse:
+        return COARSE_DRY if dry else COARSE_SMOOTH
+    return DRY if dry else SMOOTH
 
 
 def at_work(rig: Rig, outside: Surroundings, column: Array) -> Array:
@@ -135,13 +145,18 @@ def led(
 
 
 def march(
-    rig: Rig, contact: Array, fractions: Array, drives: Drives, angles: Array
+    rig: Rig,
+    contact: Array,
+    fractions: Array,
+    drives: Drives,
+    angles: Array,
+    coarse: bool = False,
 ) -> dict[str, Array]:
     """Simulate a group of slow records from rest; arguments and result as `slow.march`.
 
-    - `angles` (tracks, walkers) [rad]: of the pump when a record begins.
+    - `angles` (tracks, walkers) [rad]: of the pump when a record begins. - `coarse`: as `cut_of`.
     """
-    parts = cut_of(rig.effects).slow
+    parts = cut_of(rig.effects, coarse).slow
     grid = plan(drives.finer(parts))
     strokes = foreseen(rig, contact, fractions, drives)
     advance = _advancer(rig, contact, (fractions, angles), grid, strokes)
@@ -340,10 +355,15 @@ def _advancer(
     return advance
 
 
-def ring(rig: Rig, preload: Array, delay: Array, interval: float, samples: int) -> Array:
-    """Acceleration of the plate after a release; arguments and result as `release.ring`."""
+def ring(
+    rig: Rig, preload: Array, delay: Array, interval: float, samples: int, coarse: bool = False
+) -> Array:
+    """Acceleration of the plate after a release; arguments and result as `release.ring`.
+
+    - `coarse`: as `cut_of`.
+    """
     parted = Parted.of(rig)
-    parts = cut_of(rig.effects).release
+    parts = cut_of(rig.effects, coarse).release
     columns = rig.column + jnp.asarray([0.0, NODE])[:, None]
     matrix = at_work(parted.smooth, FREE, columns)[:, :, :, None]
     h, first = interval / parts, delay / parts

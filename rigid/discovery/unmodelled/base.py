@@ -2,7 +2,7 @@
 
 import dataclasses
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -49,11 +49,13 @@ class AbstractHidden(ABC):
 
     @classmethod
     @abstractmethod
-    def signatures(cls, fit: Fitted, earlier: "Bumps") -> "Bumps":
+    def signatures(cls, fit: Fitted, earlier: "Callable[[], Bumps]") -> "Bumps":
         """Return what all of the sort would leave in the records of a fit.
 
-        - `earlier`: of the sorts before. A hidden thing that is not there leaves nothing, and twice
-          as much of it leaves twice as much.
+        - `earlier`: gives those of the sorts before, all in one piece: a copy of hundreds of MB.
+
+        A hidden thing that is not there leaves nothing, and twice as much of it leaves twice as
+        much.
         """
 
     @property

@@ -7,7 +7,7 @@ changes.
 """
 
 import dataclasses
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -37,7 +37,7 @@ class Crosstalk(AbstractHidden):
     order: ClassVar[int] = 6
 
     @classmethod
-    def signatures(cls, fit: Fitted, earlier: Bumps) -> Bumps:  # noqa: ARG003
+    def signatures(cls, fit: Fitted, earlier: Callable[[], Bumps]) -> Bumps:  # noqa: ARG003
         """What every quantity would read of the others."""
         layout = fit.local.layout
         return answering(layout.channels, layout.channel, layout.time, fit.local.reading)

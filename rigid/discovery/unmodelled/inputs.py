@@ -58,7 +58,7 @@ class Input(Curve):
     order: ClassVar[int] = 1
 
     @classmethod
-    def signatures(cls, fit: Fitted, earlier: Bumps) -> Bumps:  # noqa: ARG003
+    def signatures(cls, fit: Fitted, earlier: Callable[[], Bumps]) -> Bumps:  # noqa: ARG003
         """Bumps of all forces and flows."""
         local = fit.local
         if local.layout.problem.places:

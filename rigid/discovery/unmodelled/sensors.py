@@ -1,6 +1,7 @@
 """Sensors that read something else than the truth: over time in each record, over their reading."""
 
 import dataclasses
+from collections.abc import Callable
 from typing import ClassVar
 
 import numpy as np
@@ -30,7 +31,7 @@ class SensorError(Curve):
     order: ClassVar[int] = 2
 
     @classmethod
-    def signatures(cls, fit: Fitted, earlier: Bumps) -> Bumps:  # noqa: ARG003
+    def signatures(cls, fit: Fitted, earlier: Callable[[], Bumps]) -> Bumps:  # noqa: ARG003
         """Bumps over the time of every channel, and over the reading of every sensor."""
         local, out = fit.local, []
         layout = local.layout

@@ -7,7 +7,7 @@ fit has, each kind's rows alone.
 """
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -46,7 +46,7 @@ class Shift(AbstractHidden):
     order: ClassVar[int] = 4
 
     @classmethod
-    def signatures(cls, fit: Fitted, earlier: Bumps) -> Bumps:  # noqa: ARG003
+    def signatures(cls, fit: Fitted, earlier: Callable[[], Bumps]) -> Bumps:  # noqa: ARG003
         """Every constant's departure in each kind of record, per prior sd.
 
         `centre` is the number of the kind. A constant that acts in one kind alone has none.

@@ -45,9 +45,9 @@ class Straight(AbstractHidden):
     order: ClassVar[int] = 5
 
     @classmethod
-    def signatures(cls, fit: Fitted, earlier: Bumps) -> Bumps:
+    def signatures(cls, fit: Fitted, earlier: Callable[[], Bumps]) -> Bumps:
         """Every form that the sorts before allow; each is one signature, per unit of its number."""
-        return together([none(len(fit.local.residual)), *straight(earlier)])
+        return together([none(len(fit.local.residual)), *straight(earlier())])
 
     @property
     def about(self) -> About:

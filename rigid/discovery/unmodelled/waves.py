@@ -8,7 +8,7 @@ many lengths counts for the share of all lengths that it stands for.
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import ClassVar
 
 import numpy as np
@@ -54,7 +54,7 @@ class Wave(AbstractHidden):
     order: ClassVar[int] = 3
 
     @classmethod
-    def signatures(cls, fit: Fitted, earlier: Bumps) -> Bumps:  # noqa: ARG003
+    def signatures(cls, fit: Fitted, earlier: Callable[[], Bumps]) -> Bumps:  # noqa: ARG003
         """The wave of every quantity over the stroke.
 
         Each sensor's rows have a cosine and a sine of their own, in that order; `centre` is the
