@@ -53,6 +53,7 @@ WITHIN = {
         ("pickup",),
         ("signatures",),
         ("turn",),
+        ("rivals",),
         ("workflow",),
     ),
     "report": (

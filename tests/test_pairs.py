@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
+from rigid.discovery.rivals import changed, unsure_twins
 from rigid.discovery.unmodelled.inputs import Input
 from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained, bundles_of
 from rigid.discovery.weighing.odds import odds
 from rigid.discovery.weighing.pairs import UNSURE, doubted, pairs
-from rigid.discovery.workflow import changed, unsure_twins
 from rigid.effects import CATALOGUE
 from rigid.likelihood.priors import AbstractPrior, Lognormal, Normal
 from rigid.localfit.candidates import Candidate

@@ -112,17 +112,18 @@ class InitialGuess(NamedTuple):
     own: Mapping[str, float] = MappingProxyType({})
 
 
-def guess_of(one: Refit) -> InitialGuess:
-    """Where a fit with a twin of an effect begins: at the fit with that one.
+def guess_of(one: Refit, base: LocalFit) -> InitialGuess:
+    """Where a fit begins that shares numbers with another: at that one.
+
+    - `one`: with a twin of the effect, or with the effect itself beside others. - `base`: the fit
+      to which it is to be added.
 
     Numbers that both have by one name, such as the force of dry friction, stay what they are.
     """
     hypothesis, w = one.after.hypothesis, one.after.w
     known = dict(zip(labels_of(hypothesis), w, strict=True))
     values = {label: value for label, (value, _) in hypothesis.values(w).items()}
-    return InitialGuess(
-        np.array([known[label] for label in labels_of(one.before.hypothesis)]), values
-    )
+    return InitialGuess(np.array([known[label] for label in labels_of(base.hypothesis)]), values)
 
 
 def begin(fit: Fitted, found: Explained, name: str, guess: InitialGuess | None = None) -> Begun:

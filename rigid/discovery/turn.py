@@ -104,9 +104,13 @@ class Turn:
 
         - `lead`: of an effect that was fitted before. - `near`: where the effects were weighed, and
           the fits begin, if not around the fit itself. - `twin`: with an effect of the same
-          signature, where they begin.
+          signature, or with the effect beside others, where they begin.
         """
-        at, guess, begun = near or self, None if twin is None else guess_of(twin), {}
+        at, guess, begun = (
+            near or self,
+            None if twin is None else guess_of(twin, self.fit.local),
+            {},
+        )
         if near is not None:
             guess = InitialGuess(let_go(near.fit.local, self.fit.local))
         for name in names:

@@ -1,19 +1,19 @@
 """Fit, find what is left over, name it, add it, and again until nothing is missing."""
 
 import dataclasses
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
-from rigid.discovery.refit import MOST, NO_LEAD, Lead, Refit, lead_of, worth_refitting
+from rigid.discovery.refit import Refit, lead_of
+from rigid.discovery.rivals import fitted_in_full, turn_odds
 from rigid.discovery.signatures import Bench
 from rigid.discovery.turn import Running, Turn, first_turn
-from rigid.discovery.weighing.discrepancy import beside, moderated
+from rigid.discovery.weighing.discrepancy import moderated
 from rigid.discovery.weighing.explain import Explained
-from rigid.discovery.weighing.odds import Odds, odds
-from rigid.discovery.weighing.pairs import UNSURE, Pairs, pairs
+from rigid.discovery.weighing.odds import Odds
 from rigid.discovery.weighing.verdict import verdict_of
 from rigid.likelihood.priors import AbstractPrior
 from rigid.likelihood.problem import Problem
@@ -32,8 +32,6 @@ SIGNIFICANT = 0.01
 LIKELY = 0.02
 """Least probability of an effect that is told as an alternative."""
 MOST_STEPS = 3
-NEAR = 2
-"""Effects that are fitted in full, at most, for what they explain near the priors alone."""
 WIDENED = 1e-3
 """Share by which an effect that is named may widen the gap: the gap weighs samples otherwise than
 the fit does, and with 424 right names it went up by 6e-4 at most (docs/studies/discovery.md)."""
@@ -160,17 +158,23 @@ def discover(
 
 
 def _steps(turn: Turn) -> Outcome:
-    base, steps = turn.fit.local, []
-    said = _odds(turn)
+    base, steps, turns, known = turn.fit.local, [], [], {}
+    said = turn_odds(turn)
     while len(steps) < MOST_STEPS and _missing(turn.found, said):
-        said, refits = _fitted_in_full(turn)
+        said, refits = fitted_in_full(turn, known)
         if not _missing(turn.found, said):
             break
         steps.append(_step(turn, said, refits))
+        turns.append(turn)
         if steps[-1].chosen is None:
             break
-        turn = turn.after(refits[steps[-1].chosen])
-        said = _odds(turn)
+        number, known = ahead_of_an_earlier(turns, steps)
+        if known:
+            turn = turns[number]
+            del steps[number:], turns[number:]
+        else:
+            turn = turn.after(refits[steps[-1].chosen])
+            said = turn_odds(turn)
     left = most_left(turn.found, said) if _missing(turn.found, said) else 0.0
     return Outcome(
         base,
@@ -181,6 +185,28 @@ def _steps(turn: Turn) -> Outcome:
         dict(said.probability),
         turn.fit.local,
     )
+
+
+def ahead_of_an_earlier(
+    turns: Sequence[Turn], steps: Sequence[Step]
+) -> tuple[int, dict[str, Refit]]:
+    """Try what was added last in the place of each effect before it.
+
+    Signatures are of small amplitudes: at an early turn an effect may promise little and be passed
+    over for one that is not needed once both are in. Returns the number of the first turn at which
+    the fit with the last effect has more evidence than the one with what was added there, and that
+    turn's refits, that one among them; none where there is no such turn.
+    """
+    name, last = steps[-1].chosen, steps[-1]
+    assert name is not None  # the caller asks
+    for number, (turn, step) in enumerate(zip(turns[:-1], steps[:-1], strict=True)):
+        if step.chosen is None or name in step.refits or name not in turn.found.effects:
+            continue
+        rival = step.refits[step.chosen]
+        more = turn.refits([name], lead_of(step.chosen, rival), twin=last.refits[name])
+        if more[name].log_bayes > rival.log_bayes and not more[name].unsettled:
+            return number, step.refits | more
+    return 0, {}
 
 
 def in_view_of_the_end(steps: Sequence[Step], left: float) -> tuple[Step, ...]:
@@ -205,95 +231,9 @@ def in_view_of_the_end(steps: Sequence[Step], left: float) -> tuple[Step, ...]:
     return tuple(reversed(out))
 
 
-def _odds(
-    turn: Turn, changes: Mapping[str, float] | None = None, both: Pairs | None = None
-) -> Odds:
-    """What the records say at a turn, with what was added before it in view; as `odds`."""
-    return beside(odds(turn.found, changes, both), turn.before, turn.found.unnamed)
-
-
 def most_left(found: Explained, said: Odds) -> float:
     """Evidence for what explains most of what is left, with a name or without, in nats."""
     return max([found.unnamed, *said.evidence.values()])
-
-
-def _fitted_in_full(turn: Turn) -> tuple[Odds, dict[str, Refit]]:
-    """Fit the few best effects in full, and then the likeliest until it is one that was fitted.
-
-    What a signature promises may vanish in the fit: then others come before it.
-    """
-    found = turn.found
-    both, refits = pairs(found), {}
-
-    def fitted() -> dict[str, float]:
-        return {name: one.log_bayes for name, one in refits.items()}
-
-    def said() -> Odds:
-        return _odds(turn, changed(found, fitted()), both)
-
-    names: list[str] = []
-    for name in worth_refitting(said().evidence, found.effects):
-        if not _twins(found, names, name):
-            names.append(name)
-    refits |= turn.refits(names)
-    if turn.near is not None:
-        alone = turn.near.found.effects
-        more = [name for name in worth_refitting(alone, alone) if name in found.effects]
-        more = [name for name in more[:NEAR] if not _twins(found, names, name)]
-        refits |= turn.refits([n for n in more if n not in refits], _best(refits), turn.near)
-    for _ in range(MOST if refits else 0):
-        evidence = said().evidence
-        first = max(evidence, key=lambda name: evidence[name])
-        if evidence[first] <= 0.0:
-            break
-        if first not in refits:
-            refits |= turn.refits([first], _best(refits))
-        elif more := unsure_twins(found, fitted(), first):
-            refits |= turn.refits(more, _best(refits), twin=refits[first])
-        else:
-            break
-    return said(), refits
-
-
-def unsure_twins(found: Explained, fitted: Mapping[str, float], name: str) -> list[str]:
-    """Twins of an effect to fit in full: those that are less behind than a fit of it has changed.
-
-    - `fitted`: the log Bayes factors of those that were, `name` among them.
-
-    Signatures are of small amplitudes. By how much one twin is ahead of another they say as well as
-    they have said what a fit in full brings.
-    """
-    change = abs(fitted[name] - found.effects[name])
-    if change < UNSURE:
-        return []
-    behind = {n: found.effects[name] - found.effects[n] for n in found.alike(name)}
-    twins = [n for n, by in behind.items() if n not in fitted and by < change]
-    return sorted(twins, key=lambda n: behind[n])[: MOST - 1]
-
-
-def _best(refits: Mapping[str, Refit]) -> Lead:
-    """The lead of the best fit so far."""
-    leads = (lead_of(name, one) for name, one in refits.items())
-    return max(leads, key=lambda one: one.height, default=NO_LEAD)
-
-
-def changed(found: Explained, fitted: Mapping[str, float]) -> dict[str, float]:
-    """What fitting in full changed in the log Bayes factor of each effect and of its twins.
-
-    - `fitted`: the log Bayes factors of those that were.
-    """
-    own = {name: log - found.effects[name] for name, log in fitted.items()}
-    twins = {name: _twins(found, fitted, name) for name in found.effects}
-    return {name: own[like[0]] for name, like in twins.items() if like} | own
-
-
-def _twins(found: Explained, fitted: Iterable[str], name: str) -> list[str]:
-    """Effects fitted in full whose signature is that of the effect `name`.
-
-    Of such effects only the likeliest is fitted; what that changed holds for the others.
-    """
-    alike = found.alike(name)
-    return [n for n in fitted if n in alike]
 
 
 def _missing(found: Explained, said: Odds) -> bool:

@@ -1,0 +1,53 @@
+"""An effect that an early turn passed over takes the place of one that stood for it."""
+
+import dataclasses
+
+import pytest
+from test_screening import CHOICE, campaign, found_in
+
+from rigid.discovery.fitted import Fitted
+from rigid.discovery.signatures import laid_out
+from rigid.discovery.turn import Running, Turn
+from rigid.discovery.workflow import ahead_of_an_earlier
+from rigid.io.cache import NOTHING_KEPT
+
+HIDDEN, STANDS_FOR_IT = "hose-pressure-drop", "clock-offset"
+
+
+@pytest.fixture(scope="module")
+def found():
+    return found_in(campaign(302, R_hose=4e9))
+
+
+def added_in_turn(found, first, second):
+    """Turns and steps as if two effects had been added one after the other."""
+    fit = Fitted(found.base, found.programs)
+    turn = Turn(fit, laid_out(fit, CHOICE, NOTHING_KEPT), Running(0))
+    turns, steps = [], []
+    for name in (first, second):
+        refits = turn.refits([name])
+        turns.append(turn)
+        steps.append(dataclasses.replace(found.steps[0], refits=refits, chosen=name))
+        turn = turn.after(refits[name])
+    return turns, steps
+
+
+@pytest.mark.slow
+def test_what_was_added_last_is_tried_in_the_place_of_what_came_before_it(found):
+    turns, steps = added_in_turn(found, STANDS_FOR_IT, HIDDEN)
+    number, refits = ahead_of_an_earlier(turns, steps)
+    assert number == 0
+    assert set(refits) == {STANDS_FOR_IT, HIDDEN}
+    assert refits[HIDDEN].log_bayes > refits[STANDS_FOR_IT].log_bayes
+    whole = found.steps[0].refits[HIDDEN]
+    assert refits[HIDDEN].log_bayes == pytest.approx(whole.log_bayes, abs=0.5)
+    assert refits[HIDDEN].before.hypothesis == found.base.hypothesis
+
+
+@pytest.mark.slow
+def test_what_explains_less_does_not_take_the_place_and_what_was_fitted_is_not_tried_again(found):
+    turns, steps = added_in_turn(found, HIDDEN, STANDS_FOR_IT)
+    assert ahead_of_an_earlier(turns, steps) == (0, {})
+    turns, steps = added_in_turn(found, STANDS_FOR_IT, HIDDEN)
+    known = dataclasses.replace(steps[0], refits=steps[0].refits | steps[1].refits)
+    assert ahead_of_an_earlier(turns, [known, steps[1]]) == (0, {})
