@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from discovery_cases import CLOCK, Case, Made, cases, make
+from discovery_cases import CLOCK, FIRST_SEED, Case, Made, cases, make
 from discovery_figures import figures
 from discovery_page import answered, page
 from rows import carry_out, lines_of, no_answer
@@ -40,6 +40,8 @@ def options() -> argparse.Namespace:
     parser.add_argument("--size", choices=("small", "standard"), default="small")
     parser.add_argument("--part", default="0/1", help="K/N: every N-th campaign from the K-th on")
     parser.add_argument("--out", type=Path, default=Path("docs/studies/discovery"))
+    parser.add_argument("--first-seed", type=int, default=FIRST_SEED)
+    parser.add_argument("--only", nargs="+", default=[], help="populations")
     parser.add_argument("--closure", action="store_true", help="gap closure on left-out blocks too")
     parser.add_argument("--page", action="store_true", help="write the page from what there is")
     parser.add_argument("--lookalikes", action="store_true")
@@ -121,23 +123,35 @@ def main() -> int:
         lookalikes(args.out / "lookalikes.json")
         return 0
     part, parts = (int(x) for x in args.part.split("/"))
-    listed = cases(args.size)
+    name = f"{args.out.name}-{args.size}"
+    if args.first_seed != FIRST_SEED:
+        name += f"-{args.first_seed}"
+    every = cases(args.size, args.first_seed)
     if not args.page:
         from rigid.io.runtime import prepare
 
         prepare()
-        order = np.random.default_rng(ORDER).permutation(len(listed))
+        order = np.random.default_rng(ORDER).permutation(len(every))
+        listed = [every[i] for i in order]
+        mine = [case for case in listed if not args.only or case.population in args.only]
         carry_out(
-            args.out / f"discovery-{args.size}.{part}.jsonl",
-            [listed[i] for i in order[part::parts]],
+            args.out / f"{name}.{part}.jsonl",
+            mine[part::parts],
             lambda case: one_campaign(case, args.closure),
             lambda row: (row["answer"]["verdict"], [s["effect"] for s in row["answer"]["steps"]]),
         )
-    rows = lines_of(sorted(args.out.glob(f"discovery-{args.size}.*.jsonl")))
+    rows = lines_of(sorted(args.out.glob(f"{name}.*.jsonl")))
     known = json.loads((args.out / "lookalikes.json").read_text("utf-8"))
-    pictures = [f"{args.out.name}/{path.name}" for path in figures(answered(rows), args.out)]
-    text = page(rows, known, len(listed), args.size, pictures)
-    args.out.with_suffix(".md").write_text(text, encoding="utf-8")
+    planned = sum(not args.only or case.population in args.only for case in every)
+    if args.first_seed == FIRST_SEED:
+        pictures = [f"{args.out.name}/{path.name}" for path in figures(answered(rows), args.out)]
+        text, path = page(rows, known, planned, args.size, pictures), args.out.with_suffix(".md")
+    else:
+        told = f"{args.size} --first-seed {args.first_seed}"
+        told += f" --only {' '.join(args.only)}" if args.only else ""
+        text = page(rows, known, planned, told)
+        path = args.out.with_name(f"{args.out.name}-{args.first_seed}.md")
+    path.write_text(text, encoding="utf-8")
     return 0
 
 

@@ -44,6 +44,7 @@ class Case(NamedTuple):
 
     - hide: names; strength: of each. - condition: of NULLS. - noise: over the usual, which the
       spec then states. - without: taken out of the catalogue. - records: which the spec keeps.
+    - first: seed of the first campaign of all.
     """
 
     number: int
@@ -54,17 +55,19 @@ class Case(NamedTuple):
     noise: float = 1.0
     without: tuple[str, ...] = ()
     records: str = "all"
+    first: int = FIRST_SEED
 
     @property
     def seed(self) -> int:
         """One seed a campaign."""
-        return FIRST_SEED + self.number + ANEW * bool(set(self.hide) & set(MENDED))
+        anew = self.first == FIRST_SEED and set(self.hide) & set(MENDED)
+        return self.first + self.number + ANEW * bool(anew)
 
 
-def cases(size: str) -> list[Case]:
-    """List the campaigns of a size, `small` or `standard`."""
+def cases(size: str, first: int = FIRST_SEED) -> list[Case]:
+    """List the campaigns of a size, `small` or `standard`, with seeds from the first on."""
     listed = _small() if size == "small" else _standard()
-    return [case._replace(number=number) for number, case in enumerate(listed)]
+    return [case._replace(number=number, first=first) for number, case in enumerate(listed)]
 
 
 def _small() -> list[Case]:
