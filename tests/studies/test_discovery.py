@@ -226,7 +226,7 @@ def test_it_goes_on_where_it_stopped(tmp_path, monkeypatch):
     out.mkdir()
     (out / "lookalikes.json").write_text(json.dumps(STORED))
     monkeypatch.setattr(discovery, "discovered", answer)
-    monkeypatch.setattr(discovery, "cases", lambda size: cases(size)[:2])
+    monkeypatch.setattr(discovery, "cases", lambda size, first: cases(size, first)[:2])
     monkeypatch.setattr("sys.argv", ["discovery.py", "--out", str(out)])
     assert discovery.main() == 0
     assert discovery.main() == 0
