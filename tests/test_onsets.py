@@ -36,12 +36,19 @@ def test_rivals_of_the_best_are_fitted_before_what_is_worth_nothing_alone():
     names = ("event", "ripple", "plate", "spring", "stage", "x")
     evidence = dict(zip(names, (31.0, 30.5, 30.0, 29.0, 25.0, 9.0), strict=True))
     alone = dict(zip(names, (31.0, -2.6, -0.2, -1.0, 25.0, 9.0), strict=True))
-    assert worth_refitting(evidence, alone) == ["event", "stage", "ripple", "plate"]
+    assert worth_refitting(evidence, alone) == ["event", "stage", "ripple", "plate", "spring"]
     great = {name: 100.0 * log for name, log in evidence.items()}
-    assert worth_refitting(great, evidence) == ["event", "ripple", "plate", "spring"]
+    assert worth_refitting(great, evidence)[:4] == ["event", "ripple", "plate", "spring"]
     few = {"event": 3100.0, "x": 900.0, "y": 800.0}
     assert worth_refitting(few, few) == ["event", "x"]
     assert worth_refitting(dict.fromkeys(evidence, -1.0), alone) == []
+
+
+def test_what_goes_well_with_the_best_leaves_room_for_what_explains_half_as_much_by_itself():
+    names = ("viscosity", "air", "stiffening", "slack", "friction", "lag")
+    evidence = dict(zip(names, (870.0, 990.0, 950.0, 940.0, 900.0, 880.0), strict=True))
+    alone = dict(zip(names, (870.0, 200.0, 90.0, 80.0, 440.0, 40.0), strict=True))
+    assert worth_refitting(evidence, alone)[:4] == ["air", "viscosity", "stiffening", "friction"]
 
 
 def test_pressures_stand_close_where_records_just_reach_them():

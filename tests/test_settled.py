@@ -8,6 +8,7 @@ from test_screening import CHOICE, campaign, fitted
 from test_shown import bare
 
 from rigid.discovery.refit import Refit, lead_of
+from rigid.discovery.weighing.discrepancy import borne
 from rigid.discovery.workflow import WIDENED, Judged, refusal
 from rigid.inference.search import search
 from rigid.inference.settled import AWAY, CHANCE, away_from_top, settled
@@ -65,6 +66,17 @@ def test_a_number_far_from_its_prior_is_told_first():
     assert sds == pytest.approx(np.log(3.0) / np.log(1.2), abs=0.2)
     assert unsettled(local).startswith("kappa[free-run-1,A] is 6.0 prior sds above its prior")
     assert not optimum(found).ok
+    # Of a law that explains hundreds of nats eighteen may be its discrepancy, here and in a refit.
+    spent = 0.5 * sds**2
+    assert state_of(local, 0.99 * spent).far == found.far
+    borne_it = state_of(local, 1.01 * spent)
+    assert (borne_it.ok, borne_it.far, borne_it.driven) == (True, (), found.far)
+    assert optimum(borne_it).ok
+    assert "prior sds above its prior: a law that is not exact drives this" in borne_it.says
+    assert unsettled(local, borne=1.01 * spent) == ""
+    one = Refit(bare(Candidate, effect=CHOICE[0]), local, local, 0.99 * spent / borne(1.0))
+    assert one.unsettled
+    assert dataclasses.replace(one, earlier=0.02 * one.log_bayes).unsettled == ""
     alone, centre = nearer_priors(local)
     at = labels_of(local.hypothesis).index("kappa[free-run-1,A]")
     assert (alone[at], np.delete(alone, at)) == (0.0, pytest.approx(np.delete(local.w, at)))

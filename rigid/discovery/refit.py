@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rigid.discovery.fitted import Fitted
+from rigid.discovery.weighing.discrepancy import borne
 from rigid.discovery.weighing.explain import Explained
 from rigid.io.cache import NOTHING_KEPT, Shelf
 from rigid.localfit.ascent import given_up, refined
@@ -41,6 +42,7 @@ class Refit:
     - `log_bayes`: of the effect against its absence, by Laplace's method.
     - `ahead`: name of the effect that explains so much more that this fit was given up before its
       optimum, and `log_bayes` is less than it could be; mostly empty.
+    - `earlier`: evidence for the effects that were added before, in nats.
     """
 
     candidate: Candidate
@@ -48,11 +50,12 @@ class Refit:
     after: LocalFit
     log_bayes: float
     ahead: str = ""
+    earlier: float = 0.0
 
     @property
     def unsettled(self) -> str:
         """Why the fit with the effect cannot be believed, in a sentence; empty where it can."""
-        return unsettled(self.after, self.before)
+        return unsettled(self.after, self.before, borne(self.log_bayes + self.earlier))
 
 
 class Begun(NamedTuple):
@@ -88,17 +91,21 @@ def lead_of(name: str, one: Refit) -> Lead:
 
 
 def worth_refitting(evidence: Mapping[str, float], alone: Mapping[str, float]) -> list[str]:
-    """Names of the effects to fit in full, the best first.
+    """Names of the effects that are worth a fit in full, the best first.
 
     - `evidence`: what speaks for each, alone or with another; `alone`: alone; log Bayes factors.
 
-    One that is worth something only beside another comes last: a fit of it alone tells little, and
-    must not take the place of a rival of the best.
+    In turn the next by the one and the next by the other: whatever goes well with the best has much
+    beside it, and would leave no room for what explains half as much by itself. One that is worth
+    something only beside another comes last: a fit of it alone tells little.
     """
     best = max(evidence.values(), default=0.0)
     least = max(best - max(WITHIN, SHARE * (best - MUCH)), 0.0)
-    near = [name for name in evidence if evidence[name] > least]
-    return sorted(near, key=lambda name: (alone[name] <= 0.0, -evidence[name]))[:MOST]
+    near = sorted((n for n in evidence if evidence[n] > least), key=lambda n: -evidence[n])
+    worth = [name for name in near if alone[name] > 0.0]
+    by_itself = sorted(worth, key=lambda name: -alone[name])
+    both = (name for two in zip(worth, by_itself, strict=True) for name in two)
+    return list(dict.fromkeys((*both, *near)))
 
 
 class InitialGuess(NamedTuple):

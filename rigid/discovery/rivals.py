@@ -36,16 +36,13 @@ def fitted_in_full(turn: Turn, known: Mapping[str, Refit]) -> tuple[Odds, dict[s
     def said() -> Odds:
         return turn_odds(turn, changed(found, fitted()), both)
 
-    names: list[str] = []
-    for name in worth_refitting(said().evidence, found.effects) if not known else ():
-        if not _twins(found, names, name):
-            names.append(name)
-    refits |= turn.refits(names)
-    if turn.near is not None and not known:
-        alone = turn.near.found.effects
-        more = [name for name in worth_refitting(alone, alone) if name in found.effects]
-        more = [name for name in more[:NEAR] if not _twins(found, names, name)]
-        refits |= turn.refits([n for n in more if n not in refits], _best(refits), turn.near)
+    if not known:
+        names = _unlike(found, (), worth_refitting(said().evidence, found.effects))[:MOST]
+        refits |= turn.refits(names)
+        if turn.near is not None:
+            alone = turn.near.found.effects
+            more = _unlike(found, names, worth_refitting(alone, alone))[:NEAR]
+            refits |= turn.refits(more, _best(refits), turn.near)
     for _ in range(MOST if refits else 0):
         evidence = said().evidence
         first = max(evidence, key=lambda name: evidence[name])
@@ -58,6 +55,15 @@ def fitted_in_full(turn: Turn, known: Mapping[str, Refit]) -> tuple[Odds, dict[s
         else:
             break
     return said(), refits
+
+
+def _unlike(found: Explained, before: Iterable[str], names: Iterable[str]) -> list[str]:
+    """Those of some effects that have the signature of none before them in the list."""
+    out: list[str] = []
+    for name in names:
+        if name in found.effects and not _twins(found, (*before, *out), name):
+            out.append(name)
+    return out
 
 
 def unsure_twins(found: Explained, fitted: Mapping[str, float], name: str) -> list[str]:

@@ -118,7 +118,8 @@ class Turn:
             begun[name] = begin(self.fit, at.found, name, guess)
         out: dict[str, Refit] = {}
         for name in sorted(names, key=lambda name: -begun[name].height):
-            out[name] = refit(self.fit, at.found, begun[name], lead, at.running.shelf)
+            one = refit(self.fit, at.found, begun[name], lead, at.running.shelf)
+            out[name] = dataclasses.replace(one, earlier=self.before)
             lead = max(lead, lead_of(name, out[name]), key=lambda one: one.height)
         return {name: out[name] for name in names}
 

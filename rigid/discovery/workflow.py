@@ -11,10 +11,11 @@ from rigid.discovery.refit import Refit, lead_of
 from rigid.discovery.rivals import fitted_in_full, turn_odds
 from rigid.discovery.signatures import Bench
 from rigid.discovery.turn import Running, Turn, first_turn
-from rigid.discovery.weighing.discrepancy import moderated
+from rigid.discovery.weighing.discrepancy import borne, moderated
 from rigid.discovery.weighing.explain import Explained
 from rigid.discovery.weighing.odds import Odds
 from rigid.discovery.weighing.verdict import verdict_of
+from rigid.inference.settled import Settled
 from rigid.likelihood.priors import AbstractPrior
 from rigid.likelihood.problem import Problem
 from rigid.localfit.candidates import Candidate
@@ -23,6 +24,7 @@ from rigid.localfit.leave_one_out import HeldOut, gap, held_out_gap, left_out, u
 from rigid.localfit.leave_one_out import Judged as Fit
 from rigid.localfit.local import LocalFit
 from rigid.localfit.screening import Screening
+from rigid.localfit.settled import state_of
 from rigid.localfit.where import Where, where_shown
 
 LIKELIER = 0.5
@@ -133,6 +135,12 @@ class Outcome:
     def verdict(self) -> str:
         """That of the first step, or that nothing is missing."""
         return self.steps[0].verdict if self.steps else "nothing-missing"
+
+    @property
+    def settled(self) -> Settled:
+        """Where the fit with all that was added ended, in view of how much that explains."""
+        added = [step.refits[step.chosen] for step in self.steps if step.chosen is not None]
+        return state_of(self.final, borne(sum(one.log_bayes for one in added)))
 
     def before(self, number: int) -> LocalFit:
         """Return the fit around which a step weighed its explanations."""

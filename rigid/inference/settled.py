@@ -30,11 +30,14 @@ class Settled:
     - `away` [posterior sds]: no number is further from the top of the expansion there.
     - `far`: labels of numbers too far from the centres of their priors, and by how many prior sds,
       the farthest first. - `limit` [prior sds]: what is too far among so many numbers.
+    - `driven`: the same of numbers that are far, but no farther than the discrepancy of a law that
+      explains much may drive them; then there are none in `far`.
     """
 
     away: float
     far: tuple[tuple[str, float], ...]
     limit: float
+    driven: tuple[tuple[str, float], ...] = ()
 
     @property
     def flat(self) -> bool:
@@ -51,8 +54,17 @@ class Settled:
         """What was found, in a sentence."""
         return self.why or (
             f"the gradient vanishes there, to {self.away:.2f} posterior sds (limit {AWAY}); every "
-            f"number lies near the centre of its prior (limit {self.limit:.1f} prior sds)"
+            f"{'other ' if self.driven else ''}number lies near the centre of its prior (limit "
+            f"{self.limit:.1f} prior sds){self.warning and '; '}{self.warning}"
         )
+
+    @property
+    def warning(self) -> str:
+        """What is driven by the discrepancy of a law, in a sentence; mostly empty."""
+        if not self.driven:
+            return ""
+        numbers = ", ".join(_stands(label, sds) for label, sds in self.driven)
+        return f"{numbers}: a law that is not exact drives this, so do not quote it"
 
     @property
     def why(self) -> str:
@@ -62,14 +74,17 @@ class Settled:
             label, sds = self.far[0]
             others = f", and {len(self.far) - 1} more are too far" if len(self.far) > 1 else ""
             said.append(
-                f"{label} is {abs(sds):.1f} prior sds {'above' if sds > 0 else 'below'} its prior "
-                f"(limit {self.limit:.1f}){others}: something else is wrong"
+                f"{_stands(label, sds)} (limit {self.limit:.1f}){others}: something else is wrong"
             )
         if not self.flat:
             said.append(
                 f"the search ended {self.away:.1f} posterior sds from the optimum (limit {AWAY})"
             )
         return "; ".join(said)
+
+
+def _stands(label: str, sds: float) -> str:
+    return f"{label} is {abs(sds):.1f} prior sds {'above' if sds > 0 else 'below'} its prior"
 
 
 def away_from_top(gradient: np.ndarray, information: np.ndarray) -> float:

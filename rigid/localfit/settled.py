@@ -36,8 +36,11 @@ def nearer_priors(local: LocalFit) -> list[np.ndarray]:
     return [np.where(away, 0.0, local.w), np.zeros(len(local.w))]
 
 
-def state_of(local: LocalFit) -> Settled:
+def state_of(local: LocalFit, borne: float = 0.0) -> Settled:
     """Judge where a refit ended.
+
+    - `borne`: nats that numbers may cost in their priors for the discrepancy of laws that were
+      added: what a law leaves shows in the residuals, or in the numbers that take it up.
 
     What an added effect's own numbers are far from is its absence, and is left to who weighs it:
     they count for the gradient alone.
@@ -47,6 +50,8 @@ def state_of(local: LocalFit) -> Settled:
     base, added = len(hypothesis.parameters), _added_size(hypothesis)
     own = set(hypothesis.labels[base - added : base])
     far = tuple((label, sds) for label, sds in whole.far if label not in own)
+    if far and 0.5 * sum(sds**2 for _, sds in far) <= borne:
+        return Settled(whole.away, (), whole.limit, driven=far)
     return Settled(whole.away, far, whole.limit)
 
 
@@ -56,13 +61,14 @@ def _added_size(hypothesis: Hypothesis) -> int:
     return sum(p.label not in inside for p in hypothesis.parameters)
 
 
-def unsettled(local: LocalFit, without: LocalFit | None = None) -> str:
+def unsettled(local: LocalFit, without: LocalFit | None = None, borne: float = 0.0) -> str:
     """Return why a refit cannot be believed, in a sentence; empty where it can.
 
+    - `borne`: as in `state_of`.
     - `without`: a fit of the same samples, weighted the same, of which this one is an extension by
       effects that can be absent.
     """
-    why = state_of(local).why
+    why = state_of(local, borne).why
     if without is not None and below(local, without):
         lost = without.value - local.value
         said = f"the fit lies {lost:.0f} nats below the one without what was added"

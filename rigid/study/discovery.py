@@ -28,7 +28,6 @@ from rigid.likelihood.machine import everywhere
 from rigid.likelihood.problem import Problem
 from rigid.localfit.families import families
 from rigid.localfit.reference_check import against_reference
-from rigid.localfit.settled import state_of
 from rigid.planning.elsewhere import Possible, possible
 from rigid.planning.parting import Pair, best, between_effects
 from rigid.records.record import Record
@@ -117,7 +116,7 @@ class Discovery(CommandResult, Generic[Opened]):
         told = output.as_dict(self._spec, self.outcome, extended)
         solver = None if self.solver is None else self.solver.values()
         final = self.outcome.final
-        checks = [self.starts, residuals_of(final), optimum(state_of(final))]
+        checks = [self.starts, residuals_of(final), optimum(self.outcome.settled)]
         checks += [] if self.solver is None else [self.solver.check]
         return told | {
             "usable": all(one.ok for one in checks),

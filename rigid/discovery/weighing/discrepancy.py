@@ -37,6 +37,14 @@ def of_another(share: float | np.ndarray) -> np.ndarray:
     return _density(share, 1.0, ANOTHER)
 
 
+def borne(evidence: float) -> float:
+    """Nats that the discrepancy of laws may take: the share they leave, one sd above the usual.
+
+    - `evidence`: for them, in nats.
+    """
+    return TYPICAL * FACTOR * max(evidence, 0.0)
+
+
 def _density(share: float | np.ndarray, middle: float, factor: float) -> np.ndarray:
     sd = np.log(factor)
     z = np.log(np.maximum(share, TYPICAL) / middle) / sd

@@ -57,9 +57,10 @@ def lead(outcome: Outcome, extended: str | None) -> tuple[tuple[str, tuple[str, 
         "the model makes of it."
     )
     changed = (unknown,) if extended is None else tuple(map(_changed, outcome.steps))
+    driven = outcome.settled.warning
     return (
         ("What is it?", tuple(map(_what, outcome.steps))),
-        ("How sure?", tuple(map(_sure, outcome.steps))),
+        ("How sure?", (*([f"{driven}."] if driven else ()), *map(_sure, outcome.steps))),
         ("What changed?", changed),
         (NEXT, (_next(outcome.steps, extended),)),
     )
