@@ -13,8 +13,7 @@ from jaxtyping import Float
 from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import norm
 
-from rigid.likelihood.noise_spectrum import NoiseLaw
-from rigid.localfit.leftover import Explaining, Traces, coloured, noise_laws, settling
+from rigid.localfit.leftover import Explaining, Traces, Wandering, coloured, noise_laws, settling
 from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import ChannelKey
 
@@ -235,7 +234,7 @@ class _Campaigns(NamedTuple):
     """
 
     local: LocalFit
-    laws: list[NoiseLaw]
+    laws: list[Wandering]
     seed: int
     coefficients: np.ndarray
 
@@ -258,8 +257,9 @@ class _Campaigns(NamedTuple):
         """Scores of a channel's noise (samples of it, DRAWS)."""
         mine = self.local.layout.channel == number
         rng = np.random.default_rng([self.seed, 8, number])
-        law = self.laws[number]
-        noise = coloured(law, rng.standard_normal((settling(law) + mine.sum(), DRAWS)))
+        noise = np.zeros((int(mine.sum()), DRAWS))
+        for law in self.laws[number].parts:
+            noise += coloured(law, rng.standard_normal((settling(law) + len(noise), DRAWS)))
         # A rounded reading says most where the truth is about to turn over to the next step.
         curvature = np.maximum(self.local.terms.curvature[mine], 0.0)
         usual = float(curvature.sum()) / max(np.count_nonzero(curvature), 1)

@@ -36,6 +36,8 @@ ROUNDS, DRAWS = 3, 8
 """Of the simulation, and series in each. After three the times stand still to 2 %."""
 LIKE_OTHERS = 0.9
 """Probability beforehand that a record's noise is that of the other records of its sensor."""
+SLOW = 5.0
+"""Memory, in sums of a sensor's autocorrelations, of what a channel lacks to be as slow."""
 SETTLED = 5.0
 """Memories before the first sample in which simulated noise forgets that it began."""
 
@@ -119,25 +121,60 @@ class Explaining:
         return scores - self.curvature[:, None] * sum(part @ mine for part, mine in each)
 
 
+class Wandering(NamedTuple):
+    """Noise of a channel, and how slow that of its sensor is.
+
+    - `own`: law of what is left of the channel. - `usual`: that of the sensor's records together,
+      with the channel's `level`, its variance.
+    """
+
+    own: NoiseLaw
+    usual: NoiseLaw
+    level: float
+
+    @property
+    def law(self) -> NoiseLaw:
+        """The slower of the two."""
+        return max(self.own, self.usual, key=lambda law: law.time)
+
+    @property
+    def parts(self) -> tuple[NoiseLaw, ...]:
+        """Laws whose sum is as quick as the channel's own noise, and as slow as its sensor.
+
+        A part that fades slowly takes the small share of the variance with which all of it has the
+        sensor's time. What is quick differs from record to record of a sensor that rounds: where it
+        stands still its noise turns over a step now and then, where it moves with every sample.
+        """
+        more = self.usual.time - self.own.time
+        if more <= 0.0:
+            return (self.own,)
+        memory = max(self.usual.memory, SLOW * self.usual.time)
+        decay = float(np.exp(-1.0 / memory))
+        share = more / ((1.0 + decay) / (1.0 - decay) - self.own.time)
+        innovations = share * self.level * (1.0 - decay**2)
+        slow = NoiseLaw(np.array([decay]), self.usual.time, innovations, memory=memory)
+        return self.own._replace(variance=(1.0 - share) * self.own.variance), slow
+
+
 def noise_laws(
     local: LocalFit, explaining: Explaining, traces: Traces, good: np.ndarray
-) -> list[NoiseLaw]:
-    """Law that the scores of each channel's noise follow.
+) -> list[Wandering]:
+    """Laws that the scores of each channel's noise follow.
 
     - `explaining`: by all that may be missing, the `traces`. - `good` (n,): where samples count.
 
     What goes by the time of one record is something missing or is noise: noise in as far as the
-    sensor does so in its other records. So each channel has the slower of two laws: that of what is
-    left once such things are explained as well, and that of the records of its sensor where they
-    are not; among these is the record itself in as far as its noise may be that of the others. A
-    sensor of one record alone has none to tell: what wanders in it is noise, and what moves other
-    sensors too is not.
+    sensor does so in its other records. So each channel has two laws, of which the slower counts:
+    that of what is left once such things are explained as well, and that of the records of its
+    sensor where they are not; among these is the record itself in as far as its noise may be that
+    of the others. A sensor of one record alone has none to tell: what wanders in it is noise, and
+    what moves other sensors too is not.
     """
     layout = local.layout
     rows = [layout.channel == number for number in range(len(layout.channels))]
     own = left_by(explaining, rows, good)
     if not traces.timed.any():
-        return [one.law for one in own]
+        return [Wandering(one.law, one.law, one.level) for one in own]
     sensors = [(channel.sensor, channel.interval) for channel in layout.channels]
     alike = [
         [i for i, its in enumerate(sensors) if its == mine and i != number]
@@ -149,12 +186,12 @@ def noise_laws(
         lone = left_by(explaining.without(traces.wandering), rows, good)
     laws = []
     for number, one in enumerate(own):
-        level = one.law.variance if one.found.empty else one.found.level
+        level = one.level
         if others := [wide[i] for i in alike[number]]:
             usual = _usual(wide[number], others, level)
         else:
             usual = _common([lone[number]], level).law
-        laws.append(max(one.law, usual, key=lambda law: law.time))
+        laws.append(Wandering(one.law, usual, level))
     return laws
 
 
@@ -164,6 +201,11 @@ class Left(NamedTuple):
     found: Found
     law: NoiseLaw
     read: int
+
+    @property
+    def level(self) -> float:
+        """Variance of the noise."""
+        return self.law.variance if self.found.empty else self.found.level
 
     @classmethod
     def of(

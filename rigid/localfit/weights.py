@@ -26,6 +26,6 @@ def facts(local: LocalFit, traces: Traces) -> np.ndarray:
     good = layout.read & ~set_aside(readings, local.residual)
     explaining = Explaining.by(local, traces.columns)
     weight = np.where(good, 1.0, 0.0) / louder(local, explaining.left[:, 0], good)
-    for number, law in enumerate(noise_laws(local, explaining, traces, good)):
-        weight[layout.channel == number] /= law.time
+    for number, noise in enumerate(noise_laws(local, explaining, traces, good)):
+        weight[layout.channel == number] /= noise.law.time
     return weight
