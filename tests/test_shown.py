@@ -17,6 +17,7 @@ from rigid.discovery.weighing.explain import PRIOR_NOTHING, PRIOR_UNNAMED, Expla
 from rigid.discovery.weighing.odds import MIMICS, Odds
 from rigid.discovery.workflow import Outcome, Step
 from rigid.effects import CATALOGUE
+from rigid.inference.settled import Settled
 from rigid.likelihood.priors import Normal
 from rigid.likelihood.problem import Problem
 from rigid.localfit.candidates import Candidate
@@ -45,6 +46,9 @@ READING = np.concatenate(
     [1e3 * np.sin(2.0 * TIME), 0.05 * np.sin(5.0 * TIME), 1e6 * np.cos(3.0 * TIME)]
 )
 NOISE = np.repeat([100.0, 1e-4, 1e4], SAMPLES)
+
+
+SETTLED = Settled(0.0, (), 4.2)
 
 
 def bare(cls, **fields):
@@ -287,7 +291,11 @@ def test_the_answer_speaks_of_every_step():
             ("indistinguishable", "coulomb-friction", "stribeck-friction", "a free run", 0.06),
         )
     )  # fmt: skip
-    said = dict(lead(bare(Outcome, steps=steps), None))
+    said = dict(lead(bare(Outcome, steps=steps, settled=SETTLED), None))
+    far = Settled(0.0, (), 4.2, driven=(("L_0", -5.1),))
+    warned = dict(lead(bare(Outcome, steps=steps, settled=far), None))["How sure?"]
+    assert warned[1:] == said["How sure?"]
+    assert warned[0].startswith("L_0 is 5.1 prior sds below its prior: a law that is not exact")
     first, second = said["What is it?"]
     assert "leaks past the piston" in first
     assert "coulomb-friction: a friction force on the plunger" in second
@@ -304,7 +312,9 @@ def test_the_answer_speaks_of_every_step():
         explained=bare(Explained, p_value=0.004, listed=()), said=odds({"unnamed": 0.99}),
         place=Where("free-run-1", "A", "pressure", None, None),
     )  # fmt: skip
-    [following] = dict(lead(bare(Outcome, steps=(*steps, rest)), None))["What next?"]
+    [following] = dict(lead(bare(Outcome, steps=(*steps, rest), settled=SETTLED), None))[
+        "What next?"
+    ]
     assert "what is left says that one is not" in following
 
 
@@ -316,7 +326,7 @@ def test_an_effect_that_fails_a_check_is_told_with_its_reason_and_not_named():
         said=odds({"nothing": 0.01, "unnamed": 0.1, "piston-leakage": 0.7}),
         place=Where("free-run-1", "A", "pressure", None, None),
     )  # fmt: skip
-    outcome = bare(Outcome, steps=(step,))
+    outcome = bare(Outcome, steps=(step,), settled=SETTLED)
     [what] = dict(lead(outcome, None))["What is it?"]
     assert "(probability 0.70) but is not named: the gap grows with it" in what
     assert "Missing:" not in ruling(outcome)

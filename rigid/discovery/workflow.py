@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -136,7 +137,7 @@ class Outcome:
         """That of the first step, or that nothing is missing."""
         return self.steps[0].verdict if self.steps else "nothing-missing"
 
-    @property
+    @cached_property
     def settled(self) -> Settled:
         """Where the fit with all that was added ended, in view of how much that explains."""
         added = [step.refits[step.chosen] for step in self.steps if step.chosen is not None]
