@@ -141,7 +141,7 @@ class Outcome:
     def settled(self) -> Settled:
         """Where the fit with all that was added ended, in view of how much that explains."""
         added = [step.refits[step.chosen] for step in self.steps if step.chosen is not None]
-        return state_of(self.final, borne(sum(one.log_bayes for one in added)))
+        return state_of(self.final, borne(sum((one.log_bayes for one in added), 0.0)))
 
     def before(self, number: int) -> LocalFit:
         """Return the fit around which a step weighed its explanations."""
