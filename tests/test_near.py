@@ -47,6 +47,6 @@ def test_a_fit_with_a_twin_begins_where_the_other_has_ended():
     extended = Hypothesis(local.layout.problem).plus(candidate.effect)
     moved = widened(local.w + 0.01, len(local.layout.problem.sensors), [0.4])
     after = expanded(programs[0], Point(extended, local.layout, moved, local.z_noise))
-    guess = guess_of(Refit(candidate, local, after, 0.0))
+    guess = guess_of(Refit(candidate, local, after, 0.0), local)
     np.testing.assert_array_equal(guess.w, local.w + 0.01)
     assert guess.own[candidate.amplitude] == extended.values(moved)[candidate.amplitude][0]
