@@ -118,7 +118,7 @@ def test_what_a_bump_leaves_is_what_another_simulator_says(swing: LocalFit, tmp_
         return 1e-3 * np.loadtxt(tmp_path / "read.csv", delimiter=",", skiprows=1)[:, 1]
 
     fit = Fitted(swing, families(swing.layout.problem, ()))
-    found = Input.signatures(fit, none(len(swing.residual)))
+    found = Input.signatures(fit, lambda: none(len(swing.residual)))
     alone = read(lambda x, v: 0.0)  # noqa: ARG005
     for which, state in (("stroke", 0), ("speed", 1)):
         mine = [i for i, one in enumerate(found.target) if one.variable == which]

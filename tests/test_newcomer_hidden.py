@@ -142,6 +142,7 @@ NEWCOMER = '''
 """A load cell that creeps with how fast the pressure changes."""
 
 import dataclasses
+from collections.abc import Callable
 from typing import ClassVar
 
 import numpy as np
