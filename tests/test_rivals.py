@@ -9,7 +9,7 @@ from rigid.discovery.fitted import Fitted
 from rigid.discovery.signatures import laid_out
 from rigid.discovery.turn import Running, Turn
 from rigid.discovery.workflow import ahead_of_an_earlier
-from rigid.io.cache import NOTHING_KEPT
+from rigid.io.cache import NOTHING_KEPT, Shelf
 
 HIDDEN, STANDS_FOR_IT = "hose-pressure-drop", "clock-offset"
 
@@ -19,10 +19,10 @@ def found():
     return found_in(campaign(302, R_hose=4e9))
 
 
-def added_in_turn(found, first, second):
+def added_in_turn(found, first, second, shelf=NOTHING_KEPT):
     """Turns and steps as if two effects had been added one after the other."""
     fit = Fitted(found.base, found.programs)
-    turn = Turn(fit, laid_out(fit, CHOICE, NOTHING_KEPT), Running(0))
+    turn = Turn(fit, laid_out(fit, CHOICE, NOTHING_KEPT), Running(0, shelf=shelf))
     turns, steps = [], []
     for name in (first, second):
         refits = turn.refits([name])
@@ -51,3 +51,16 @@ def test_what_explains_less_does_not_take_the_place_and_what_was_fitted_is_not_t
     turns, steps = added_in_turn(found, STANDS_FOR_IT, HIDDEN)
     known = dataclasses.replace(steps[0], refits=steps[0].refits | steps[1].refits)
     assert ahead_of_an_earlier(turns, [known, steps[1]]) == (0, {})
+
+
+@pytest.mark.slow
+def test_a_kept_fit_is_read_back_beside_the_effects_that_it_was_made_with_alone(found, tmp_path):
+    """A turn that is decided again has other effects in it, and as many."""
+    third = "load-cell-drift"
+    kept = Shelf(tmp_path, reads=True)
+    beside = [added_in_turn(found, first, third, kept)[1][1] for first in (STANDS_FOR_IT, HIDDEN)]
+    inside = [step.refits[third].after.hypothesis.added[0].name for step in beside]
+    assert inside == [STANDS_FOR_IT, HIDDEN]
+    values = [step.refits[third].after.value for step in beside]
+    assert values[1] > values[0] + 5.0
+    assert len(list(tmp_path.glob("discovery-refit-*"))) == 4

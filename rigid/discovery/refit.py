@@ -10,6 +10,7 @@ import numpy as np
 from rigid.discovery.fitted import Fitted
 from rigid.discovery.weighing.discrepancy import borne
 from rigid.discovery.weighing.explain import Explained
+from rigid.effects import AbstractEffect
 from rigid.io.cache import NOTHING_KEPT, Shelf
 from rigid.localfit.ascent import given_up, refined
 from rigid.localfit.candidates import Candidate, standard_of
@@ -162,7 +163,7 @@ def refit(
     known = {"base": base, "hypothesis": base.hypothesis, "extended": hypothesis, "family": family}
     known |= {one: getattr(base.layout, one) for one in ("problem", "channels", "channel", "time")}
     before, after = shelf.once(
-        KEPT.replace("*", f"{len(base.hypothesis.added)}-{begun.number}"),
+        KEPT.replace("*", "-".join([*map(_slug, base.hypothesis.added), str(begun.number)])),
         lambda: (begun.before, _followed(found, begun, lead.height)),
         (LocalFit, Layout, Terms),
         known,
@@ -171,6 +172,11 @@ def refit(
     log_bayes = after.log_evidence - before.log_evidence - float(np.log(places))
     ahead = lead.name if given_up(after, lead.height) else ""
     return Refit(candidate, before, after, log_bayes, ahead)
+
+
+def _slug(effect: type[AbstractEffect]) -> str:
+    """Name of an effect as a part of a file's name."""
+    return effect.name.replace(" ", "-")
 
 
 def _followed(found: Explained, begun: Begun, rival: float) -> LocalFit:

@@ -183,7 +183,7 @@ def _steps(turn: Turn) -> Outcome:
             del steps[number:], turns[number:]
         else:
             turn = turn.after(refits[steps[-1].chosen])
-            said = turn_odds(turn)
+        said = turn_odds(turn)
     left = most_left(turn.found, said) if _missing(turn.found, said) else 0.0
     return Outcome(
         base,

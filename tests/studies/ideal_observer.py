@@ -4,15 +4,15 @@
 
 The measure that power is held against. The observer knows the catalogue, all priors and the noise,
 and is given a world in which all that the reckoning assumes is true: readings change in proportion
-to amplitudes, laws are exact, noise is Gaussian and of the level that the sheets say. In that world
+to amplitudes, laws are exact, noise is Gaussian, as loud and as slow as the fit found. There
 the odds of `rigid.discovery.weighing` are the posterior, which no method can better on the whole.
 It searches the same shapes, places and hidden things, and calls an alarm by the same rule.
 
 Campaigns of the generator in which nothing is missing give the signatures. Of each effect a setting
 is drawn among those that are screened; its amplitude is what makes it as strong as is asked; slopes
-of all signatures are those of that plus noise. A line a draw in OUT.K.jsonl, the page in OUT.md;
-resumable. Effects whose frequency is searched (a line) are left out: of all the settings of such a
-search the screening keeps the best alone.
+of all signatures are those of that plus noise. A line a campaign in OUT.K.jsonl, the page in
+OUT.md; resumable. Effects whose frequency is searched (a line) are left out: of all the settings of
+such a search the screening keeps the best alone.
 """
 
 import argparse
