@@ -45,7 +45,7 @@ def test_a_fit_with_a_twin_begins_where_the_other_has_ended():
     local, programs = fitted(campaign(301))
     (candidate,) = candidates([CATALOGUE["load-cell-drift"]], 1)
     extended = Hypothesis(local.layout.problem).plus(candidate.effect)
-    moved = widened(local.w + 0.01, len(local.layout.problem.sensors), [0.4])
+    moved = widened(local.hypothesis, local.w + 0.01, [0.4])
     after = expanded(programs[0], Point(extended, local.layout, moved, local.z_noise))
     guess = guess_of(Refit(candidate, local, after, 0.0), local)
     np.testing.assert_array_equal(guess.w, local.w + 0.01)

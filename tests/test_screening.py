@@ -252,7 +252,7 @@ def test_another_law_of_numbers_that_are_in_already_is_no_candidate(listed):
     hidden = Bumps(columns[:, -1:], (SensorError("stroke", "time"),), np.zeros(1))
     made = bench.Bench(programs, listed + twins, hidden, columns)
     assert set(weigh(local, made, 0).effects) == {*LISTED, "twin"}
-    more = widened(local.w, len(local.layout.problem.sensors), [0.1])
+    more = widened(local.hypothesis, local.w, [0.1])
     extended = Hypothesis(local.layout.problem).plus(drift)
     with_it = expanded(programs[0], Point(extended, local.layout, more, local.z_noise))
     assert set(weigh(with_it, made, 0).effects) == set(LISTED) - {"load-cell-drift"}

@@ -88,8 +88,7 @@ def test_a_refit_below_the_fit_that_it_holds_is_not_settled(clean):
     local, programs = clean
     effect = CHOICE[0]
     family = holding(programs, (effect,))
-    sensors = len(local.hypothesis.problem.sensors)
-    w = widened(local.w, sensors, [2.0])
+    w = widened(local.hypothesis, local.w, [2.0])
     begun = expanded(family, Point(local.hypothesis.plus(effect), local.layout, w, local.z_noise))
     assert below(begun, local)
     assert "below the one without" in unsettled(begun, local)
@@ -106,7 +105,7 @@ def test_a_fit_far_below_a_rival_is_given_up_and_no_other(clean):
     local, programs = clean
     effect = CHOICE[0]
     family = holding(programs, (effect,))
-    w = widened(local.w + 0.3, len(local.hypothesis.problem.sensors), [2.0])
+    w = widened(local.hypothesis, local.w + 0.3, [2.0])
     begun = expanded(family, Point(local.hypothesis.plus(effect), local.layout, w, local.z_noise))
     end = refined(begun)
     assert end.value > begun.value + 100.0
@@ -155,8 +154,7 @@ def test_where_an_effects_own_amplitude_ends_is_left_to_who_weighs_it(clean):
     local, programs = clean
     effect = CHOICE[0]
     family = holding(programs, (effect,))
-    sensors = len(local.hypothesis.problem.sensors)
-    more = widened(local.w, sensors, [-9.0])
+    more = widened(local.hypothesis, local.w, [-9.0])
     far = expanded(family, Point(local.hypothesis.plus(effect), local.layout, more, local.z_noise))
     assert state_of(far).far == ()
     assert not state_of(far).flat  # the prior alone leads back

@@ -1,7 +1,7 @@
 """The few best candidates fitted in full: every parameter free, the effect with its own priors."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -10,7 +10,6 @@ import numpy as np
 from rigid.discovery.fitted import Fitted
 from rigid.discovery.weighing.discrepancy import borne
 from rigid.discovery.weighing.explain import Explained
-from rigid.effects import AbstractEffect
 from rigid.io.cache import NOTHING_KEPT, Shelf
 from rigid.localfit.ascent import given_up, refined
 from rigid.localfit.candidates import Candidate, standard_of
@@ -163,7 +162,7 @@ def refit(
     known = {"base": base, "hypothesis": base.hypothesis, "extended": hypothesis, "family": family}
     known |= {one: getattr(base.layout, one) for one in ("problem", "channels", "channel", "time")}
     before, after = shelf.once(
-        KEPT.replace("*", "-".join([*map(_slug, base.hypothesis.added), str(begun.number)])),
+        KEPT.replace("*", "-".join([*_came_in(base.hypothesis), str(begun.number)])),
         lambda: (begun.before, _followed(found, begun, lead.height)),
         (LocalFit, Layout, Terms),
         known,
@@ -174,9 +173,10 @@ def refit(
     return Refit(candidate, before, after, log_bayes, ahead)
 
 
-def _slug(effect: type[AbstractEffect]) -> str:
-    """Name of an effect as a part of a file's name."""
-    return effect.name.replace(" ", "-")
+def _came_in(hypothesis: Hypothesis) -> Iterator[str]:
+    """What was added and absorbed, as parts of a file's name."""
+    yield from (effect.name.replace(" ", "-") for effect in hypothesis.added)
+    yield from (f"absorbed-{one.columns.shape[1]}" for one in hypothesis.absorbed)
 
 
 def _followed(found: Explained, begun: Begun, rival: float) -> LocalFit:
@@ -215,7 +215,7 @@ def _start(
     one, guess = found.listed[number], InitialGuess(before.w) if guess is None else guess
     extended = before.hypothesis.plus(one.effect, one.only, one.priors)
     own = _beginning(found, number, extended, absent, guess.own)
-    w = widened(guess.w, len(before.layout.problem.sensors), own)
+    w = widened(before.hypothesis, guess.w, own)
     return expanded(family, Point(extended, before.layout, w, before.z_noise))
 
 

@@ -44,6 +44,16 @@ class Bench:
         wanders = np.array([*([False] * len(once)), *(one.wanders for one in hidden)], dtype=bool)
         return Traces(self.signatures, timed, wanders)
 
+    def without(self, hidden: AbstractHidden) -> "Bench":
+        """Return what is left to weigh once a hidden thing is a part of the model."""
+        count = len(self.listed)
+        left = [hidden not in (one, one.pooled) for one in self.bumps.target]
+        kept = np.flatnonzero(left)
+        signatures = self.signatures[:, np.concatenate([np.arange(count), count + kept])]
+        target = tuple(self.bumps.target[i] for i in kept)
+        bumps = Bumps(signatures[:, count:], target, self.bumps.centre[kept])
+        return Bench(self.programs, self.listed, bumps, signatures)
+
 
 def _top(fit: Fitted) -> float:
     """Greatest pressure [Pa] that a fit expects in any record, told by a gauge or not."""

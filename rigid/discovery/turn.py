@@ -21,14 +21,19 @@ from rigid.discovery.refit import (
     refit,
 )
 from rigid.discovery.signatures import Bench, laid_out
+from rigid.discovery.unmodelled.base import Inferred
+from rigid.discovery.weighing.discrepancy import borne
 from rigid.discovery.weighing.explain import Explained, explain
 from rigid.io.cache import NOTHING_KEPT, Shelf
 from rigid.likelihood.priors import AbstractPrior
 from rigid.likelihood.problem import Problem
 from rigid.localfit.ascent import refined
+from rigid.localfit.expansion import Point, expanded
 from rigid.localfit.families import Effects, families
+from rigid.localfit.hypothesis import Absorbed
 from rigid.localfit.local import LocalFit, fitted_noise, with_noise, with_weights
 from rigid.localfit.screening import Around, screen
+from rigid.localfit.settled import unsettled
 from rigid.localfit.weights import facts
 
 Report = Callable[[str], None]
@@ -64,11 +69,29 @@ def weigh(local: LocalFit, bench: Bench, seed: int) -> Explained:
     return explain(listed, bench.bumps.target, found, seed)
 
 
+class Absorption(NamedTuple):
+    """A cause of unknown law, and fits without it and with it as a part of the model."""
+
+    hidden: Inferred
+    before: LocalFit
+    after: LocalFit
+
+    @property
+    def log_bayes(self) -> float:
+        """Of it against its absence, at the size that explains most."""
+        return self.after.log_evidence - self.before.log_evidence
+
+    @property
+    def unsettled(self) -> str:
+        """Why the fit with it cannot be believed, in a sentence; empty where it can."""
+        return unsettled(self.after, self.before, borne(self.log_bayes))
+
+
 @dataclasses.dataclass(frozen=True)
 class Turn:
     """One turn of the workflow: a fit, and what is weighed around it.
 
-    - `before`: evidence for the effects that were added before it, in nats.
+    - `before`: evidence for what came in before it, in nats.
     """
 
     fit: Fitted
@@ -80,6 +103,11 @@ class Turn:
     def found(self) -> Explained:
         """Every explanation of what the fit leaves over."""
         return weigh(self.fit.local, self.bench, self.running.seed)
+
+    @cached_property
+    def hidden(self) -> Inferred:
+        """What the records say of the likeliest cause of unknown law."""
+        return self.found.inferred(self.fit.local, self.bench.bumps)
 
     @cached_property
     def near(self) -> "Turn | None":
@@ -122,6 +150,41 @@ class Turn:
             out[name] = dataclasses.replace(one, earlier=self.before)
             lead = max(lead, lead_of(name, out[name]), key=lambda one: one.height)
         return {name: out[name] for name in names}
+
+    def absorption(self) -> Absorption:
+        """Fit the model with the likeliest cause of unknown law as a part of it.
+
+        Its signatures come in as they are around the fit it was found at: to first order. Around
+        a fit that has left the priors for want of it, they are those of another rig; so where there
+        is one that is held near them, what is likeliest there is tried as well.
+        """
+        self.running.report("fit with what has no name")
+        local = self.fit.local
+        ends = [self._with(self.found, self.hidden, local.w)]
+        if self.near is not None:
+            w = let_go(self.near.fit.local, local)
+            ends.append(self._with(self.near.found, self.near.hidden, w))
+        return max(ends, key=lambda one: one.after.value if one.after.finite else -np.inf)
+
+    def _with(self, found: Explained, hidden: Inferred, w: np.ndarray) -> Absorption:
+        """Absorb a cause, from a place `w` (size,) on; `found`: where it was weighed."""
+        local = self.fit.local
+        sd = found.likeliest.bundle.sizes(found.screening.slope)
+        taken = Absorbed(hidden.hidden.about.name, hidden.own.columns * sd)
+        hypothesis = local.hypothesis
+        more = dataclasses.replace(hypothesis, absorbed=(*hypothesis.absorbed, taken))
+        point = Point(more, local.layout, np.append(w, np.zeros(len(sd))), local.z_noise)
+        begun = expanded(local.family, point)
+        return Absorption(hidden, local, refined(begun) if begun.finite else begun)
+
+    def absorbing(self, one: Absorption) -> "Turn":
+        """Return the turn that follows where a cause of unknown law was absorbed."""
+        return dataclasses.replace(
+            self,
+            fit=Fitted(one.after, self.fit.programs),
+            bench=self.bench.without(one.hidden.hidden),
+            before=self.before + one.log_bayes,
+        )
 
     def after(self, one: Refit) -> "Turn":
         """Return the turn that follows where an effect was added."""

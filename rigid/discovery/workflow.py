@@ -11,11 +11,12 @@ from jaxtyping import Float
 from rigid.discovery.refit import Refit, lead_of
 from rigid.discovery.rivals import fitted_in_full, turn_odds
 from rigid.discovery.signatures import Bench
-from rigid.discovery.turn import Running, Turn, first_turn
+from rigid.discovery.turn import Absorption, Running, Turn, first_turn
+from rigid.discovery.unmodelled.base import Inferred
 from rigid.discovery.weighing.discrepancy import borne, moderated
-from rigid.discovery.weighing.explain import Explained
+from rigid.discovery.weighing.explain import UNNAMED, Explained
 from rigid.discovery.weighing.odds import Odds
-from rigid.discovery.weighing.verdict import verdict_of
+from rigid.discovery.weighing.verdict import SURE_NAME, verdict_of
 from rigid.inference.settled import Settled
 from rigid.likelihood.priors import AbstractPrior
 from rigid.likelihood.problem import Problem
@@ -25,7 +26,7 @@ from rigid.localfit.leave_one_out import HeldOut, gap, held_out_gap, left_out, u
 from rigid.localfit.leave_one_out import Judged as Fit
 from rigid.localfit.local import LocalFit
 from rigid.localfit.screening import Screening
-from rigid.localfit.settled import state_of
+from rigid.localfit.settled import below, state_of
 from rigid.localfit.where import Where, where_shown
 
 LIKELIER = 0.5
@@ -72,6 +73,10 @@ class Step:
     - `placebo`: what an effect with another signature explains, as a share of the chosen one;
       median. - `next_record`: what would part the likeliest two, in words.
     - `refused`: why the likeliest effect is not named all the same, by its name; mostly empty.
+    - `hidden`: what is known of what has no name, where that is the verdict. - `absorbed`: fits
+      without and with it, where what follows is sought behind it.
+    - `doubted`: why the fit with the effect is not settled, where something else drives it that
+      may come in later; else empty.
     """
 
     verdict: str
@@ -85,6 +90,14 @@ class Step:
     placebo: float
     next_record: str | None = None
     refused: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    hidden: Inferred | None = None
+    absorbed: Absorption | None = None
+    doubted: str = ""
+
+    @property
+    def came_in(self) -> Refit | Absorption | None:
+        """Fits without and with what this turn put into the model; None where it put nothing in."""
+        return self.absorbed if self.chosen is None else self.refits[self.chosen]
 
     @property
     def probability(self) -> Mapping[str, float]:
@@ -140,14 +153,14 @@ class Outcome:
     @cached_property
     def settled(self) -> Settled:
         """Where the fit with all that was added ended, in view of how much that explains."""
-        added = [step.refits[step.chosen] for step in self.steps if step.chosen is not None]
-        return state_of(self.final, borne(sum((one.log_bayes for one in added), 0.0)))
+        added = [step.came_in.log_bayes for step in self.steps if step.came_in is not None]
+        return state_of(self.final, borne(sum(added, 0.0)))
 
     def before(self, number: int) -> LocalFit:
         """Return the fit around which a step weighed its explanations."""
         for step in reversed(self.steps[:number]):
-            if step.chosen is not None:
-                return step.refits[step.chosen].after
+            if step.came_in is not None:
+                return step.came_in.after
         return self.base
 
 
@@ -167,7 +180,7 @@ def discover(
 
 
 def _steps(turn: Turn) -> Outcome:
-    base, steps, turns, known = turn.fit.local, [], [], {}
+    base, bench, steps, turns, known = turn.fit.local, turn.bench, [], [], {}
     said = turn_odds(turn)
     while len(steps) < MOST_STEPS and _missing(turn.found, said):
         said, refits = fitted_in_full(turn, known)
@@ -175,20 +188,28 @@ def _steps(turn: Turn) -> Outcome:
             break
         steps.append(_step(turn, said, refits))
         turns.append(turn)
-        if steps[-1].chosen is None:
+        if steps[-1].came_in is None:
             break
         number, known = ahead_of_an_earlier(turns, steps)
         if known:
             turn = turns[number]
             del steps[number:], turns[number:]
+        elif steps[-1].absorbed is not None:
+            turn = turn.absorbing(steps[-1].absorbed)
         else:
             turn = turn.after(refits[steps[-1].chosen])
         said = turn_odds(turn)
+    doubted = next((i for i, step in enumerate(steps) if step.doubted), None)
+    if doubted is not None and not state_of(turn.fit.local, borne(turn.before)).ok:
+        turn, step = turns[doubted], steps[doubted]
+        why = {step.chosen or "": _not_settled(step.doubted)}
+        said, left_over = step.said, _unnamed(turn, step.said, step.refits)
+        steps[doubted:] = [dataclasses.replace(left_over, refused=why)]
     left = most_left(turn.found, said) if _missing(turn.found, said) else 0.0
     return Outcome(
         base,
         turn.fit.programs,
-        turn.bench,
+        bench,
         in_view_of_the_end(steps, left),
         turn.found,
         dict(said.probability),
@@ -207,7 +228,8 @@ def ahead_of_an_earlier(
     turn's refits, that one among them; none where there is no such turn.
     """
     name, last = steps[-1].chosen, steps[-1]
-    assert name is not None  # the caller asks
+    if name is None:
+        return 0, {}
     for number, (turn, step) in enumerate(zip(turns[:-1], steps[:-1], strict=True)):
         if step.chosen is None or name in step.refits or name not in turn.found.effects:
             continue
@@ -224,12 +246,13 @@ def in_view_of_the_end(steps: Sequence[Step], left: float) -> tuple[Step, ...]:
     - `left`: evidence for anything at all at the end, in nats; 0 where nothing is missing there.
 
     What a later step added counts as left by the earlier ones as far as it may be the discrepancy
-    of their laws.
+    of their laws; what it absorbed, all of it.
     """
     out: list[Step] = []
     for step in reversed(steps):
         if step.chosen is None:
             out.append(step)
+            left += 0.0 if step.absorbed is None else most_left(step.explained, step.said)
             continue
         said = moderated(step.said, left)
         verdict = step.verdict if said is step.said else verdict_of(step.explained, said)
@@ -254,18 +277,13 @@ def _step(turn: Turn, said: Odds, refits: dict[str, Refit]) -> Step:
     verdict, probability = verdict_of(found, said), said.probability
     chosen = max(refits, key=lambda n: probability[n], default=None)
     if verdict == "unnamed" or chosen is None:
-        return _unnamed(turn, said, refits)
+        return _absorbing(turn, said, refits)
     one = refits[chosen]
     gain = one.after.terms.value - one.before.terms.value
     change = one.before.residual - one.after.residual
-    parts = units(one.before, one.candidate.only)
-    left = left_out({"before": Fit(one.before), "after": Fit(one.after)}, parts)
-    judged = Judged(
-        (gap(one.before), gap(one.after)),
-        (held_out_gap(one.before, parts), held_out_gap(one.after, parts)),
-        (left["before"], left["after"]),
-    )
-    if why := refusal(one, judged):
+    judged = _judged(one, one.candidate.only)
+    doubted = one.unsettled if mendable(one) else ""
+    if why := refusal(one, judged, believed=bool(doubted)):
         return dataclasses.replace(_unnamed(turn, said, refits), refused={chosen: why})
     return Step(
         verdict,
@@ -277,29 +295,77 @@ def _step(turn: Turn, said: Odds, refits: dict[str, Refit]) -> Step:
         one.candidate.effect.equation,
         judged,
         _placebo(found, chosen),
+        doubted=doubted,
+    )
+
+
+def _judged(one: Refit | Absorption, only: str | None = None) -> Judged:
+    """Gaps and left-out parts without and with what came in.
+
+    - `only`: the record that it is confined to.
+    """
+    parts = units(one.before, only)
+    left = left_out({"before": Fit(one.before), "after": Fit(one.after)}, parts)
+    return Judged(
+        (gap(one.before), gap(one.after)),
+        (held_out_gap(one.before, parts), held_out_gap(one.after, parts)),
+        (left["before"], left["after"]),
     )
 
 
 def _unnamed(turn: Turn, said: Odds, refits: dict[str, Refit]) -> Step:
-    """A turn at which nothing is added."""
-    found, local = turn.found, turn.fit.local
-    hidden = found.inferred(local, turn.bench.bumps)
+    """A turn at which no effect is added."""
+    local, hidden = turn.fit.local, turn.hidden
     change = _changed(local, hidden.own.columns @ hidden.mean)
     gain = local.terms.score * change - 0.5 * local.terms.curvature * change**2
     there, equation = where_shown(local, gain, change), hidden.hidden.about.equation
-    return Step("unnamed", found, said, refits, None, there, equation, None, 0.0)
+    return Step(
+        "unnamed", turn.found, said, refits, None, there, equation, None, 0.0, hidden=hidden
+    )
 
 
-def refusal(one: Refit, judged: Judged) -> str:
-    """Why an effect is not named however likely it is, in a sentence; empty where it may be.
+def _absorbing(turn: Turn, said: Odds, refits: dict[str, Refit]) -> Step:
+    """A turn at which what has no name comes in as such, if it may as a named effect might.
 
-    A name has to stand on a fit that came to its optimum, narrow the gap and predict what was left
+    It has to be as sure to have none as a name has to be sure: what may be an effect, or what the
+    law of the last one leaves, would be taken away from it.
+    """
+    step = _unnamed(turn, said, refits)
+    if said.probability[UNNAMED] - said.form < SURE_NAME:
+        return step
+    one = turn.absorption()
+    judged = _judged(one)
+    if refusal(one, judged):
+        return step
+    return dataclasses.replace(step, hidden=one.hidden, judged=judged, absorbed=one)
+
+
+def mendable(one: Refit) -> bool:
+    """Whether a fit came to an optimum that is where no rig is, with all else in order.
+
+    Something else that is missing may drive numbers there: whether the name may stand is seen once
+    that is in the model as well.
+    """
+    state = state_of(one.after, borne(one.log_bayes + one.earlier))
+    return bool(state.far) and state.flat and not below(one.after, one.before)
+
+
+def _not_settled(why: str) -> str:
+    return f"the fit with it is not settled: {why}"
+
+
+def refusal(one: Refit | Absorption, judged: Judged, believed: bool = False) -> str:
+    """Why nothing comes in however likely it is, in a sentence; empty where it may.
+
+    - `believed`: for now, wherever the fit ended.
+
+    It has to stand on a fit that came to its optimum, narrow the gap and predict what was left
     out of the fit.
     """
     before, after = judged.gap
     difference, error = judged.elpd
-    if one.unsettled:
-        return f"the fit with it is not settled: {one.unsettled}"
+    if one.unsettled and not believed:
+        return _not_settled(one.unsettled)
     if after > before * (1.0 + WIDENED):
         return f"the gap grows with it, from {before:.4f} to {after:.4f}"
     if difference < 0.0:

@@ -17,6 +17,8 @@ LOG_MASS = np.log(np.exp(-0.5 * STANDARD**2) / np.exp(-0.5 * STANDARD**2).sum())
 
 STRENGTHS = np.geomspace(2.0, 30.0, 9)
 """Strengths that a hidden force may have, all as probable: their sum in squares."""
+WIDER_STRENGTHS = np.geomspace(2.0, 2000.0, 41)
+"""Strengths that are tried of one that is absorbed."""
 
 
 def amplitudes(prior: AbstractPrior, absent: float) -> np.ndarray:
@@ -75,6 +77,20 @@ class Bundle:
             gain = 0.5 * np.sum(shrunk * along**2, axis=-1)
             out.append(gain - 0.5 * np.sum(np.log1p(variance * self._values)))
         return np.asarray(logsumexp(np.stack(out), axis=0) - np.log(len(out)))
+
+    def sizes(self, slope: np.ndarray) -> np.ndarray:
+        """Sd of each amplitude (m,) at the common size that explains most.
+
+        - `slope` (k,): of what was screened.
+
+        The strengths that are tried here go on beyond STRENGTHS: what stays in a model should not
+        be held back by a prior that is there to weigh what is small.
+        """
+        along = (slope[self.columns] / self._size) @ self._axes
+        variances = WIDER_STRENGTHS**2 / max(float(self._values.sum()), 1e-12)
+        scaled = 1.0 + variances[:, None] * self._values
+        gains = 0.5 * np.sum(variances[:, None] / scaled * along**2 - np.log(scaled), axis=1)
+        return np.sqrt(variances[int(np.argmax(gains))]) / self._size
 
     @property
     def rank(self) -> int:

@@ -132,6 +132,9 @@ def _laid(family: Family, point: Point, swept: Swept) -> LocalFit:
     rows, at = np.arange(len(reading)), len(hypothesis.parameters) + 2 * layout.sensor
     design[rows, at] = reading * spreads[layout.sensor, 0]
     design[rows, at + 1] = spreads[layout.sensor, 1]
+    for here, absorbed, numbers in hypothesis.latent(w):
+        residual = residual - absorbed.columns @ numbers
+        design[:, here] = absorbed.columns
     found = terms(layout, residual, hypothesis.sigmas(z_noise))
     return LocalFit(hypothesis, family, layout, w, z_noise, reading, residual, found, design)
 

@@ -2,18 +2,20 @@
 
 The vector w holds the model's uncertain numbers on the scale where their priors are standard
 normal, noise levels left out: those of the problem, those of what was added, then gain and zero of
-every sensor.
+every sensor, then those of what was absorbed.
 """
 
 import dataclasses
-from collections.abc import Container, Iterable, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping
 from functools import cached_property
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
+from jaxtyping import Float
 
 from rigid.effects import AbstractEffect
 from rigid.inference.newton import is_noise
@@ -24,6 +26,23 @@ from rigid.likelihood.problem import Problem
 from rigid.localfit.candidates import priors_of
 
 
+class Absorbed(NamedTuple):
+    """A cause of unknown law that a model has absorbed, as a sum of signatures.
+
+    - `name`. - `columns` (n, m): change of every reading by one prior sd of each of its numbers.
+
+    To first order it is a latent force, flow or sensor error with a Gaussian prior.
+    """
+
+    name: str
+    columns: Float[np.ndarray, "n m"]
+
+    @property
+    def labels(self) -> list[str]:
+        """Labels of its numbers."""
+        return [f"{self.name}[{i}]" for i in range(self.columns.shape[1])]
+
+
 @dataclasses.dataclass(frozen=True)
 class Hypothesis:
     """The effects of a problem and those `added`.
@@ -31,6 +50,7 @@ class Hypothesis:
     - `only`: the record ("record,cylinder") that an added effect is confined to, by its name.
     - `given`: priors by label that go before those of the effects added.
     - `held`: numbers, of the problem or of what was added, that stay at a value, by label.
+    - `absorbed`: causes without a law, in the order in which they came in.
     """
 
     problem: Problem
@@ -38,6 +58,7 @@ class Hypothesis:
     only: Mapping[str, str] = dataclasses.field(default_factory=dict)
     given: Mapping[str, AbstractPrior] = dataclasses.field(default_factory=dict)
     held: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    absorbed: tuple[Absorbed, ...] = ()
 
     def plus(
         self,
@@ -78,7 +99,13 @@ class Hypothesis:
     @property
     def size(self) -> int:
         """Length of w."""
-        return len(self.parameters) + 2 * len(self.problem.sensors)
+        return self._ends.stop + sum(one.columns.shape[1] for one in self.absorbed)
+
+    @property
+    def _ends(self) -> slice:
+        """Where gains and zeros stand in w."""
+        numbers = len(self.parameters)
+        return slice(numbers, numbers + 2 * len(self.problem.sensors))
 
     def values(self, w: np.ndarray) -> dict[str, tuple[float, float]]:
         """SI value and its slope by w of each parameter, by label."""
@@ -138,7 +165,15 @@ class Hypothesis:
 
     def sensors(self, w: np.ndarray) -> np.ndarray:
         """Gains and zeros on their standard scale (sensors, 2)."""
-        return np.asarray(w)[len(self.parameters) :].reshape(-1, 2)
+        return np.asarray(w)[self._ends].reshape(-1, 2)
+
+    def latent(self, w: np.ndarray) -> Iterator[tuple[slice, Absorbed, np.ndarray]]:
+        """What was absorbed: where its numbers stand in w, itself, and its numbers."""
+        at = self._ends.stop
+        for one in self.absorbed:
+            here = slice(at, at + one.columns.shape[1])
+            yield here, one, np.asarray(w)[here]
+            at = here.stop
 
     def sigmas(self, z_noise: np.ndarray) -> np.ndarray:
         """Noise level of every sensor (sensors,) [SI]."""
@@ -161,7 +196,7 @@ def start(problem: Problem, z: np.ndarray, standard: np.ndarray) -> np.ndarray:
     return np.concatenate([np.asarray(z)[~is_noise(problem)], np.asarray(standard).ravel()])
 
 
-def widened(w: np.ndarray, sensors: int, more: Iterable[float]) -> np.ndarray:
-    """Put the numbers of an added effect into w, before its `sensors` gains and zeros."""
-    cut = len(w) - 2 * sensors
+def widened(hypothesis: Hypothesis, w: np.ndarray, more: Iterable[float]) -> np.ndarray:
+    """Put the numbers of an effect that is added to a hypothesis into its w, before the gains."""
+    cut = len(hypothesis.parameters)
     return np.concatenate([w[:cut], np.asarray(list(more), dtype=float), w[cut:]])

@@ -18,9 +18,10 @@ order of magnitude is not known, a ten-thousandth of the usual one."""
 
 
 def labels_of(hypothesis: Hypothesis) -> list[str]:
-    """Labels of the entries of w: numbers of the model, then gain and zero of every sensor."""
+    """Labels of the entries of w: of the model, of every sensor, of what was absorbed."""
     sensors = (f"{part}[{s}]" for s in hypothesis.problem.sensors for part in ("gain", "zero"))
-    return [*hypothesis.labels, *sensors]
+    absorbed = (label for one in hypothesis.absorbed for label in one.labels)
+    return [*hypothesis.labels, *sensors, *absorbed]
 
 
 def nearer_priors(local: LocalFit) -> list[np.ndarray]:
@@ -43,12 +44,13 @@ def state_of(local: LocalFit, borne: float = 0.0) -> Settled:
       added: what a law leaves shows in the residuals, or in the numbers that take it up.
 
     What an added effect's own numbers are far from is its absence, and is left to who weighs it:
-    they count for the gradient alone.
+    they count for the gradient alone; so do those of what was absorbed.
     """
     hypothesis, away = local.hypothesis, away_from_top(local.gradient, local.information)
     whole = settled(labels_of(hypothesis), local.w, away)
     base, added = len(hypothesis.parameters), _added_size(hypothesis)
     own = set(hypothesis.labels[base - added : base])
+    own.update(label for one in hypothesis.absorbed for label in one.labels)
     far = tuple((label, sds) for label, sds in whole.far if label not in own)
     if far and 0.5 * sum(sds**2 for _, sds in far) <= borne:
         return Settled(whole.away, (), whole.limit, driven=far)

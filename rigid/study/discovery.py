@@ -203,7 +203,8 @@ def _with_next_records(outcome: Outcome, known: Possible) -> Outcome:
     """Say of every step at which two effects are tied which record would part them best."""
     steps = []
     for number, step in enumerate(outcome.steps):
-        if step.tied is not None:
+        # What has no name may show in a record to come as well, and no one knows how.
+        if step.tied is not None and not outcome.before(number).hypothesis.absorbed:
             pair = Pair(outcome.before(number), outcome.programs, *step.tied)
             record = best(between_effects(pair, known))
             step = dataclasses.replace(step, next_record=record and record.sentence)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from rigid.discovery.refit import Refit
+from rigid.discovery.turn import Absorption
 from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained
 from rigid.discovery.workflow import LIKELY, Outcome, Step
 from rigid.localfit.leave_one_out import gap
@@ -33,7 +34,12 @@ def ruling(outcome: Outcome) -> str:
         return f"Something is missing; these records cannot tell which: {', '.join(either)}."
     if first.refused:
         return "Something is missing; the effect that explains most of it fails a check."
-    return "Something is missing, and no effect of the catalogue explains it."
+    more = "".join(
+        f" Beside it {step.chosen} is {'' if step.verdict == 'named' else 'probably '}missing."
+        for step in outcome.steps
+        if step.chosen is not None
+    )
+    return f"Something is missing, and no effect of the catalogue explains it.{more}"
 
 
 def lead(outcome: Outcome, extended: str | None) -> tuple[tuple[str, tuple[str, ...]], ...]:
@@ -56,7 +62,8 @@ def lead(outcome: Outcome, extended: str | None) -> tuple[tuple[str, tuple[str, 
         "Nothing was added. Until what is missing is known, the quoted numbers stand for whatever "
         "the model makes of it."
     )
-    changed = (unknown,) if extended is None else tuple(map(_changed, outcome.steps))
+    came_in = any(step.came_in is not None for step in outcome.steps)
+    changed = tuple(map(_changed, outcome.steps)) if came_in else (unknown,)
     driven = outcome.settled.warning
     return (
         ("What is it?", tuple(map(_what, outcome.steps))),
@@ -92,7 +99,8 @@ def _what(step: Step) -> str:
         )
         if step.refused:
             return f"{refused(step)} {shows}"
-        return f"Something that none of the effects tried leaves. {shows}"
+        behind = " It is in the model of the steps that follow." if step.absorbed else ""
+        return f"Something that none of the effects tried leaves. {shows}{behind}"
     names = [step.chosen, *(one["effect"] for one in alternatives(step))]
     return "; or ".join(introduced(step.explained, name) for name in names) + "."
 
@@ -123,24 +131,33 @@ def _sure(step: Step) -> str:
     if step.chosen is None:
         unnamed = step.probability[UNNAMED]
         none = f"The probability that it has no name is {chance_of(unnamed)}."
-        return " ".join(filter(None, (chance(step), none, form(step))))
+        return " ".join(filter(None, (chance(step), none, form(step), _better(step))))
     rest = "".join(
         f", {one['effect']} {chance_of(one['probability'])}" for one in alternatives(step)
     )
     names = f"Probability: {step.chosen} {chance_of(step.probability[step.chosen])}{rest}."
     names = " ".join(filter(None, (names, form(step))))
+    return " ".join(filter(None, (chance(step), names, _better(step))))
+
+
+def _better(step: Step) -> str:
+    """How many left-out parts are predicted better; empty where nothing came in."""
     if step.judged is None:
-        return f"{chance(step)} {names}"
+        return ""
     gains = step.judged.gains
     better = f"{int(np.sum(gains > 0.0))} of {len(gains)} left-out parts"
-    return f"{chance(step)} {names} {better} are predicted better with it."
+    return f"{better} are predicted better with it."
 
 
 def _changed(step: Step) -> str:
     """What one addition brought in and moved."""
-    if step.chosen is None or step.judged is None:
+    one = step.came_in
+    if one is None or step.judged is None:
         return "Something is left over that has no name."
-    one = step.refits[step.chosen]
+    before, after = step.judged.gap
+    ends = f"{told_moves(moves(one))} Gap {before:.4f} before, {after:.4f} after."
+    if not isinstance(one, Refit) or step.chosen is None:
+        return f"What has no name came in as it is. {ends}"
     values = {
         label: one.after.interval(label)
         for label in added_labels(one.after.hypothesis, step.chosen)
@@ -151,11 +168,7 @@ def _changed(step: Step) -> str:
         f"{median_and_interval((v['q05'], v['median'], v['q95']), v['unit'])}"
         for label, v in values.items()
     )
-    before, after = step.judged.gap
-    return (
-        f"{step.chosen} came in: {brought}. {told_moves(moves(one))} "
-        f"Gap {before:.4f} before, {after:.4f} after."
-    )
+    return f"{step.chosen} came in: {brought}. {ends}"
 
 
 def told_moves(moved: tuple[Moved, ...]) -> str:
@@ -174,8 +187,8 @@ def told_moves(moved: tuple[Moved, ...]) -> str:
     return f"Moved by more than its uncertainty: {told}{more}."
 
 
-def moves(one: Refit) -> tuple[Moved, ...]:
-    """How the quoted numbers moved when an effect was added."""
+def moves(one: Refit | Absorption) -> tuple[Moved, ...]:
+    """How the quoted numbers moved when something came in."""
     out, means = [], meanings(one.before.hypothesis)
     names = {p.label: p.base for p in one.before.hypothesis.parameters}
     for label in quoted(one.before.hypothesis):
@@ -198,6 +211,8 @@ def _next(steps: tuple[Step, ...], extended: str | None) -> str:
             f"`python -m rigid.fit {extended}` samples the model with what was added and gives its "
             "intervals."
         )
+        if any(step.absorbed for step in steps):
+            parts.append("What has no name is not in that model: its numbers stand in for it.")
     else:
         parts.append(
             "The figure below shows what would have to be added; docs/own-effects.md says how to "

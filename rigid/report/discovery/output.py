@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from rigid.discovery.refit import Refit
+from rigid.discovery.turn import Absorption
 from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained
 from rigid.discovery.workflow import LIKELY, Judged, Outcome, Step
 from rigid.io.files import finite
@@ -76,26 +78,22 @@ def _step(spec: Spec, step: Step, extended: Path | None) -> dict[str, Any]:
         "probability": finite(step.probability[step.chosen or UNNAMED]),
         "alternatives": alternatives(step),
         "refused": [{"effect": name, "why": why} for name, why in step.refused.items()],
+        "absorbed": step.absorbed is not None,
     }
-    if step.chosen is None or step.judged is None:
+    if step.came_in is None or step.judged is None:
         return out | {
             "parameters": {}, "moved": {}, "gap": None, "next_record": None, "spec": None
         }  # fmt: skip
-    return (
-        out
-        | _added(step, step.chosen, step.judged)
-        | {"spec": None if extended is None else str(extended)}
-    )
+    path = None if extended is None or step.chosen is None else str(extended)
+    return out | _added(step, step.came_in, step.judged) | {"spec": path}
 
 
-def _added(step: Step, name: str, judged: Judged) -> dict[str, Any]:
-    """What an effect brought in, what it moved, and the gap before and after."""
-    one = step.refits[name]
+def _added(step: Step, one: Refit | Absorption, judged: Judged) -> dict[str, Any]:
+    """What a step brought in, what it moved, and the gap before and after."""
     difference, error = judged.elpd
+    brought = [] if step.chosen is None else added_labels(one.after.hypothesis, step.chosen)
     return {
-        "parameters": {
-            label: one.after.interval(label) for label in added_labels(one.after.hypothesis, name)
-        },
+        "parameters": {label: one.after.interval(label) for label in brought},
         "moved": {
             label: {
                 "before": one.before.interval(label)["median"],

@@ -65,7 +65,7 @@ def content(spec: Spec, outcome: Outcome, made: dict[str, Any], run: Context) ->
         provenance=run.provenance,
         checks=run.checks,
         steps=tuple(
-            _step(number, step, told, outcome)
+            _step(number, step, told)
             for number, (step, told) in enumerate(
                 zip(outcome.steps, made["steps"], strict=True), start=1
             )
@@ -147,7 +147,7 @@ def _needed(cosine: float) -> float:
     return 1.64 / float(np.sqrt(max(0.5 * (1.0 - cosine), 1e-6)))
 
 
-def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> StepContent:
+def _step(number: int, step: Step, told: dict[str, Any]) -> StepContent:
     nameless = (
         "an effect that fails a check" if step.refused else "something that no effect explains"
     )
@@ -161,19 +161,23 @@ def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> St
         *filter(None, [form(step)]),
     ]
     if step.judged is not None:
+        sentences.append(_left_out(step.judged))
+    if step.chosen is not None:
         sentences.append(
-            f"{_left_out(step.judged)} A placebo, an effect with another trace, explains "
-            f"{100 * step.placebo:.0f} % as much."
+            f"A placebo, an effect with another trace, explains {100 * step.placebo:.0f} % as much."
         )
-    hidden = None
-    if step.chosen is None:
-        hidden = step.explained.inferred(outcome.base, outcome.bench.bumps).shown
+    hidden = None if step.hidden is None else step.hidden.shown
     if hidden is not None:
         shape = f": {hidden.words}"
         if not hidden.groups:
             fits = f"in SI units{shape}" if hidden.words else "no simple formula fits its shape"
             shape = f" over {hidden.variable}, {fits}"
         sentences.append(f"What explains most: {hidden.name}{shape}.")
+    if step.absorbed is not None:
+        sentences.append(
+            "It came into the model as it is shown here, to first order and without a law; what "
+            "follows was sought beside it."
+        )
     if step.next_record:
         sentences.append(f"The record that would tell most: {step.next_record}.")
     means = {} if step.chosen is None else meanings(step.refits[step.chosen].after.hypothesis)
@@ -185,7 +189,7 @@ def _step(number: int, step: Step, told: dict[str, Any], outcome: Outcome) -> St
             (k, means[k], v["unit"], v["q05"], v["median"], v["q95"])
             for k, v in told["parameters"].items()
         ),
-        moved=() if step.chosen is None else moves(step.refits[step.chosen]),
+        moved=() if step.came_in is None else moves(step.came_in),
         gaps=_gaps(told["gap"]),
         against=against(step),
         residuals=residuals(step),

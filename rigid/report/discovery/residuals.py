@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from rigid.discovery.refit import Refit
 from rigid.discovery.workflow import Step
 from rigid.report.discovery.section import MOST_PANELS, AgainstShown, ResidualShown
 
@@ -11,9 +12,10 @@ EVIDENCE_A_CLASS, FEWEST, MOST = 6.0, 6, 24
 
 def residuals(step: Step) -> tuple[ResidualShown, ...]:
     """Channels that gain most, before and after; by frequency where the effect beats."""
-    if step.chosen is None:
+    one = step.came_in
+    if one is None:
         return ()
-    one = step.refits[step.chosen]
+    beats = isinstance(one, Refit) and one.candidate.effect.beat is not None
     layout = one.before.layout
     gain = one.after.terms.value - one.before.terms.value
     totals = np.bincount(layout.channel, weights=gain, minlength=len(layout.channels))
@@ -21,7 +23,7 @@ def residuals(step: Step) -> tuple[ResidualShown, ...]:
     slowest = max(layout.channels[number].interval for number in shown)
     band = step.place.frequency_Hz
     # What swings and dies out is a line as well, but better seen over time.
-    if one.candidate.effect.beat is None or (band is not None and band[1] > 0.5 / slowest):
+    if not beats or (band is not None and band[1] > 0.5 / slowest):
         band = None
     out = []
     for number in shown:
@@ -61,9 +63,9 @@ def against(step: Step) -> AgainstShown | None:
     sec. 2.3.2. Here what is added is what the effect changed in the expected records, all else
     refitted; scores stand for residuals, curvatures for weights.
     """
-    if step.chosen is None:
+    one = step.came_in
+    if one is None:
         return None
-    one = step.refits[step.chosen]
     # Sorted by what is expected alone: how much a rounded sample tells depends on how its noise
     # fell, and classes by that would have means of their own.
     floor, curvature = one.before.layout.floor, np.maximum(one.before.terms.curvature, 0.0)
