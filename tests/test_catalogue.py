@@ -48,6 +48,7 @@ NAMES = {
     "shut-valve-leakage": "oil-balance",
     "pressure-gauge-lag": "sensor",
     "load-cell-creep": "sensor",
+    "load-cell-hysteresis": "sensor",
     "temperature-drift": "sensor",
     "accelerometer-resonance": "sensor",
     "gradual-release": "contact",
@@ -114,6 +115,9 @@ SIGNATURES = {
     ),
     "pressure-gauge-lag": ({"tau_gauge": 0.02}, "frame", OPEN, {"pressure": -1}),
     "load-cell-creep": ({"creep": 0.01, "tau_creep": 0.5}, "frame", LAST, {"load": 1}),
+    "load-cell-hysteresis": (
+        {"hysteresis": 400.0, "hysteresis_width": 3e-4}, "frame", LAST, {"load": 1},
+    ),
     "sample-averaging": (
         {"averaged": 1.0, "aperture": 0.8}, "free-run", slice(60, 61),
         {"load": -1, "pressure": -1},
@@ -139,6 +143,7 @@ IN_MOTION = {  # what moves otherwise, with whether the check against the refere
     "shut-valve-leakage": False,
     "pressure-gauge-lag": False,
     "load-cell-creep": False,
+    "load-cell-hysteresis": False,
     "temperature-drift": False,
     "sample-averaging": False,
 }

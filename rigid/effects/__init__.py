@@ -42,6 +42,7 @@ ORDER = (
     "shut-valve-leakage",
     "pressure-gauge-lag",
     "load-cell-creep",
+    "load-cell-hysteresis",
     "temperature-drift",
     "accelerometer-resonance",
     "gradual-release",
