@@ -45,10 +45,11 @@ class LoadCellHysteresis(AbstractEffect):
     equation: ClassVar[str] = "sensor"
     phrase: ClassVar[str] = "the load cell reads otherwise on the way up than on the way down"
     source: ClassVar[str] = (
-        "OIML R 60, Metrological regulation for load cells: a hysteresis error is what readings of "
-        "one load differ by between loading and unloading; data sheets state 0.02 to 0.1 % of the "
-        "rated load, here taken as 300 kN (the plunger at 700 bar has 309 kN); the law of Dahl "
-        "1968, TOR-0158(3107-18)-1, of the deflection in place of a sliding way"
+        "OIML R 60, Metrological regulation for load cells: hysteresis is what readings of a load "
+        "differ by between loading and unloading; data sheets state 0.02 to 0.1 % of the rated "
+        "load, 2 h of 60 to 300 N in a cell of 300 kN (the plunger at 700 bar has 309 kN), "
+        "and the prior is wider, as that of creep is; the law is that of Dahl 1968, "
+        "TOR-0158(3107-18)-1, in the deflection"
     )
     scales: ClassVar[tuple[float, ...]] = (1.0,)
     kinds: ClassVar[tuple[str, ...] | None] = ("slow",)

@@ -9,7 +9,7 @@ import pytest
 from short import FRAME, FREE, RELEASE, SPEED, short_truth
 
 from rigid.generator.constants import AREA, P_MAX
-from rigid.generator.core import Motion, Run, Switch
+from rigid.generator.core import Motion, Run, Seen, Switch
 from rigid.generator.draw import Truth
 from rigid.generator.hidden import CATALOGUED, HIDDEN, OUTSIDE, Hidden, hide
 from rigid.generator.hidden.dry import bending_rate
@@ -51,7 +51,7 @@ def held(truth: Truth, hidden: Hidden) -> tuple[float, float]:
 
 
 def test_every_effect_that_can_be_missing_can_be_hidden():
-    assert len(CATALOGUED) == 30
+    assert len(CATALOGUED) == 31
     assert len(OUTSIDE) >= 5
     assert not set(CATALOGUED) & set(OUTSIDE)
 
@@ -347,6 +347,38 @@ def test_a_creeping_cell_reads_a_share_late(truth):
     times, crept = sampling_times(FRAME), read["load"] - plain["load"]
     lagged = 0.7 * late(plain["load"], times, 0.5) + 0.3 * late(plain["load"], times, 0.5 / 6.0)
     np.testing.assert_allclose(crept, 0.01 * lagged, atol=0.01 * 0.01 * plain["load"].max())
+
+
+def test_a_cell_with_hysteresis_reads_its_loop_once_the_load_has_passed_every_stop(truth):
+    one = cause("load-cell-hysteresis", 100.0, sign=-1, width=300.0)
+    plain, read = pair(truth, FRAME, one)
+    load, error = plain["load"], read["load"] - plain["load"]
+    up, down = int(np.argmax(load > 700.0)), int(np.argmax(load)) + 1
+    # a stop moves within +-r, the widest within +-600 N
+    down += int(np.argmax(load[down:] < load.max() - 1300.0))
+    assert load[up:].min() > 700.0
+    np.testing.assert_allclose(error[up], -100.0, rtol=1e-9)
+    np.testing.assert_allclose(error[down], 100.0, rtol=1e-9)
+    for channel in ("stroke", "pressure"):
+        np.testing.assert_array_equal(read[channel], plain[channel])
+
+
+def test_a_loop_opens_by_its_stops():
+    """Loads by hand: a rise to 1 kN, back by 1 kN, and again as far as the narrower stops turn."""
+    one = cause("load-cell-hysteresis", 100.0, sign=1, width=400.0)
+    load = np.array([0.0, 1000.0, 0.0, 400.0, 400.0])
+    held = [
+        [0.0, 0.0, 0.0, 0.0],
+        [100.0, 200.0, 400.0, 800.0],
+        [-100.0, -200.0, -400.0, -200.0],
+        [100.0, 200.0, 0.0, 200.0],
+        [100.0, 200.0, 0.0, 200.0],
+    ]
+    expected = 100.0 * np.mean(np.array(held) / [100.0, 200.0, 400.0, 800.0], axis=1)
+    still = np.zeros(5)
+    seen = Seen(np.arange(5.0), Motion(*[still] * 5), np.zeros((0, 5)), still)
+    got = one.read(seen, {"load": load})["load"] - load
+    np.testing.assert_allclose(got, expected, rtol=1e-12)
 
 
 def test_a_late_gauge_is_two_low_passes(truth):

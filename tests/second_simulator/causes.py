@@ -247,6 +247,29 @@ class CreepingCell(Cause):
 
 
 @dataclass(frozen=True)
+class HystereticCell(Cause):
+    """A load cell with Bouc and Wen's loop, of exponent 2 and uneven, in its compression.
+
+    The state runs within +-1: width z' = v - 0.7 |v| |z| z - 0.3 v z^2.
+    """
+
+    size: float
+    width: float
+    closing: float = 0.7
+    states = 1
+    scales = (1e3,)
+    nearest = "load-cell-hysteresis"
+
+    def act(self, now, own):
+        v, z = -now.v_hc, own[0]
+        bent = v - self.closing * abs(v) * abs(z) * z - (1.0 - self.closing) * v * z * z
+        return Push(rates=(bent / self.width,))
+
+    def read(self, values, now, own):
+        values["load"] += self.size * own[0]
+
+
+@dataclass(frozen=True)
 class Drift(Cause):
     """The load cell's zero wanders: a random walk as a Fourier sum with amplitudes of 1/n."""
 

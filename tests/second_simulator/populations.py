@@ -94,6 +94,10 @@ CATALOGUED: dict[str, tuple[str, Draw]] = {
         lambda r: c.Lag("acceleration", _about(r, 6e-4), 0.1),
     ),
     "creeping-cell": ("load-cell-creep", lambda r: c.CreepingCell(_about(r, 0.01), _about(r, 2.0))),
+    "hysteretic-cell": (
+        "load-cell-hysteresis",
+        lambda r: c.HystereticCell(_about(r, 100.0), _about(r, 6e-4)),
+    ),
     "shut-valve-leak": ("shut-valve-leakage", lambda r: c.ShutValveLeak(_about(r, 8e-15))),
     "lagging-gauge": ("pressure-gauge-lag", lambda r: c.Lag("pressure", _about(r, 0.03))),
     "warming": ("temperature-drift", lambda r: c.Warming(_about(r, 800.0), _about(r, 1e5), 4.0)),

@@ -18,7 +18,7 @@ KINDS = {
     **dict.fromkeys(("stroke-lag", "lagging-gauge", "clock", "drift"), DRIVEN),
     **dict.fromkeys(("creeping-cell", "warming", "tight-place"), DRIVEN),
     **dict.fromkeys((*STRAPS, "mounting-resonance"), ("release",)),
-    "slack": ("frame",),
+    **dict.fromkeys(("slack", "hysteretic-cell"), ("frame",)),
 }
 """Kinds of records in which a cause shows, where that is not all: what is pumped, what is read."""
 

@@ -35,6 +35,7 @@ from rigid.generator.hidden.sensing import (
     HoseDrop,
     LoadCreep,
     LoadDrift,
+    LoadHysteresis,
     Mounting,
     Pickup,
     StrokeLag,
@@ -59,7 +60,7 @@ CATALOGUED = _by_name(
     *(EffectiveArea, Leakage, Air, HoseDrop, StageSwitch, PumpSlip, Ripple, ValveEvent),
     *(Stiffening, RootPlate, Slack, StrokeLag, LoadDrift, ClockOffset),
     *(ConstantForce, BackwardViscosity),
-    *(ShutLeakage, GaugeLag, LoadCreep, Warming, Mounting),
+    *(ShutLeakage, GaugeLag, LoadCreep, LoadHysteresis, Warming, Mounting),
     *(GradualRelease, Pickup, Averaging),
 )
 OUTSIDE = _by_name(

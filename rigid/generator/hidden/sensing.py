@@ -24,6 +24,7 @@ from rigid.generator.hidden.base import (
 TURBULENT = 10.0 * LITRE_PER_MINUTE  # flow at which the fittings take as much as the hose
 QUICKER = 6.0  # of a load cell's second relaxation
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
+STOPS = np.array([0.25, 0.5, 1.0, 2.0])  # at which those of a loop yield, over its width
 THIRD = 0.2  # of a line's third harmonic, which transformers make
 PER_NEWTON = {"load": 1.0, "stroke": 3e-7, "pressure": 60.0, "acceleration": 2e-3}
 IN_LENGTHS = 1e10  # Pa that count as a metre where a solver's tolerance is one of lengths
@@ -168,6 +169,31 @@ class LoadCreep(Hidden):
     def error(self, seen: Seen) -> np.ndarray:
         """Give what has crept."""
         return -(self.amplitude * self.k_LC * (0.7 * seen.own[0] + 0.3 * seen.own[1]))
+
+
+@cause(
+    "load-cell-hysteresis", "sensor", 33.0,
+    "the cell reads F +- a mean of E_r/r, E_r' = F' held within +-r, r = w/4, w/2, w, 2 w", SLOW,
+)  # fmt: skip
+@dataclass(frozen=True)
+class LoadHysteresis(Hidden):
+    """The load cell has a loop, open by twice this [N]: stops in parallel (Prandtl, Ishlinskii).
+
+    - width [N]: load over which the loop opens
+    """
+
+    sign: int = either()
+    width: float = spread(3e4, 1.5)
+
+    def read(self, seen: Seen, readings: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Add what the stops hold; between two readings the load counts as monotonic."""
+        load, limits = readings["load"], self.width * STOPS
+        held = np.zeros((load.size, limits.size))
+        held[0] = np.clip(load[0], -limits, limits)
+        for i, change in enumerate(np.diff(load), start=1):
+            held[i] = np.clip(held[i - 1] + change, -limits, limits)
+        error = self.sign * self.amplitude * np.mean(held / limits, axis=1)
+        return readings | {"load": load + error}
 
 
 @cause(
