@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from rigs import SHEETS
 from second_simulator import POPULATIONS, campaign
-from second_simulator.causes import Lag
+from second_simulator.causes import HystereticCell, Lag
 from second_simulator.plant import AREA, Rig, Run, motion
 from second_simulator.sensors import Chain, Sensor, converted, noise_of
 
@@ -155,6 +155,29 @@ def test_a_resonant_mounting_rings_at_its_frequency():
     rings = [moved.values(t)["acceleration"] - true.values(t)["acceleration"] for t in times]
     crossings = np.count_nonzero(np.diff(np.sign(rings)))
     assert 1 <= crossings <= 3  # 4 ms of 265 Hz hold 2.1 half periods
+
+
+def test_a_hysteretic_cell_reads_a_loop_that_stays_in_a_hold():
+    """Against the law's integrals: tanh on the way in, a tangent and then tanh on the way back."""
+    cell, rig = HystereticCell(100.0, 3e-4), Rig()
+    valve = ((0.8, 0.08), (1.2, 0.0), (1.6, -0.08), (2.0, 0.0))
+    run = Run("press", "frame", "A", 2.0, valve)
+    moved, true = motion(rig, run, (cell,)), motion(rig, run)
+
+    def seen(t: float) -> tuple[float, float]:
+        load = true.values(t)["load"]
+        return load / rig.k_LC / cell.width, (moved.values(t)["load"] - load) / cell.size
+
+    (risen, up), (fallen, down) = seen(1.19), seen(1.99)
+    root = (2.0 * cell.closing - 1.0) ** 0.5
+    to_zero = np.arctan(root * np.tanh(risen)) / root
+    # The load rings a little at every switch, which the integrals do not see.
+    assert up == pytest.approx(np.tanh(risen), abs=2e-3)
+    assert down == pytest.approx(-np.tanh(risen - fallen - to_zero), abs=5e-3)
+    assert down < -0.5
+    # In a hold the load goes on by a hundredth of the width, as friction forgets.
+    assert seen(1.0)[1] == pytest.approx(up, abs=0.01)
+    assert seen(1.8)[1] == pytest.approx(down, abs=0.01)
 
 
 @pytest.mark.parametrize("population", sorted(POPULATIONS))

@@ -6,9 +6,9 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from rigs import BASE, NOMINAL, effects, march_still, rig_of, track
+from rigs import BASE, NOMINAL, drive, effects, march_still, rig_of, track
 from scipy.signal import cont2discrete, lfilter
-from test_catalogue import BARS, RECORDS, SIGNATURES, SPRINGS, base, simulated
+from test_catalogue import BARS, RECORDS, SIGNATURES, SPRINGS, base, marched, simulated
 
 from rigid.effects import CATALOGUE
 from rigid.likelihood.groups import ReleaseGroup, SlowGroup
@@ -43,6 +43,43 @@ def test_a_cell_that_creeps_reads_a_share_of_the_load_late():
     expected = values["creep"] * late
     # the valve moves within a sample, which a straight line between samples does not see
     np.testing.assert_allclose(change["load"], expected, atol=2e-3 * expected.max())
+
+
+def loop(deflection: np.ndarray, width: float) -> np.ndarray:
+    """Share of the loop along deflections (n,): Dahl's law in closed form for every stretch."""
+    share = np.zeros(len(deflection))
+    for i, moved in enumerate(np.diff(deflection)):
+        end = np.sign(moved)
+        share[i + 1] = end + (share[i] - end) * np.exp(-abs(moved) / width)
+    return share
+
+
+@pytest.mark.slow
+def test_a_cell_with_hysteresis_reads_a_loop_that_stays_in_a_hold():
+    """Pressed in, held, let back by half and held, at two speeds."""
+    width, ends = 3e-4, []
+    values = {"hysteresis": 400.0, "hysteresis_width": width}
+    for slower in (1, 2):
+        switches = tuple(slower * t + 0.053 for t in (0.0, 0.4, 0.6, 0.8))
+        record = drive(110 * slower, switches, (0, 1, 0, 2, 0))
+        levels = jnp.asarray((0.0, 0.12, -0.12))[:, None, None] / slower
+        contact = jnp.asarray([NOMINAL["k_frame"]])
+        plain, read = (
+            marched(rig_of(NOMINAL | values, names, walkers=True), contact, levels, record, False)
+            for names in (BASE, (*BASE, "load-cell-hysteresis"))
+        )
+        load = np.asarray(plain["load"])[:, 0, 0]
+        change = np.asarray(read["load"])[:, 0, 0] - load
+        expected = 400.0 * loop(load / NOMINAL["k_LC"], width)
+        # Where the valve moves the load rings between samples, by a hundredth of the width.
+        np.testing.assert_allclose(change, expected, atol=0.02 * 400.0)
+        rise, fall = change[58 * slower : 63 * slower], change[100 * slower :]
+        assert np.ptp(rise) < 0.01 * 400.0 > np.ptp(fall)
+        # 0.82 mm in and half of it back: 1 - exp(-2.72), then -1 + 1.93 exp(-1.36).
+        assert rise.mean() > 0.9 * 400.0
+        assert fall.mean() < -0.45 * 400.0
+        ends.append((rise.mean(), fall.mean()))
+    np.testing.assert_allclose(*ends, atol=0.02 * 400.0)
 
 
 @pytest.mark.slow

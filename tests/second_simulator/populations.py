@@ -74,6 +74,11 @@ def _drift(rng: np.random.Generator) -> Cause:
     return c.Drift(_about(rng, 600.0), 15.0, tuple(map(float, rng.standard_normal(6))))
 
 
+def _loop(rng: np.random.Generator) -> Cause:
+    sign = float(rng.choice((-1.0, 1.0)))
+    return c.HystereticCell(sign * _about(rng, 100.0), _about(rng, 6e-4))
+
+
 CATALOGUED: dict[str, tuple[str, Draw]] = {
     "dry": ("coulomb-friction", lambda r: c.DryFriction(_about(r, 2500.0))),
     "dahl": ("coulomb-friction", lambda r: c.Dahl(_about(r, 2500.0), 2e8)),
@@ -94,10 +99,7 @@ CATALOGUED: dict[str, tuple[str, Draw]] = {
         lambda r: c.Lag("acceleration", _about(r, 6e-4), 0.1),
     ),
     "creeping-cell": ("load-cell-creep", lambda r: c.CreepingCell(_about(r, 0.01), _about(r, 2.0))),
-    "hysteretic-cell": (
-        "load-cell-hysteresis",
-        lambda r: c.HystereticCell(_about(r, 100.0), _about(r, 6e-4)),
-    ),
+    "hysteretic-cell": ("load-cell-hysteresis", _loop),
     "shut-valve-leak": ("shut-valve-leakage", lambda r: c.ShutValveLeak(_about(r, 8e-15))),
     "lagging-gauge": ("pressure-gauge-lag", lambda r: c.Lag("pressure", _about(r, 0.03))),
     "warming": ("temperature-drift", lambda r: c.Warming(_about(r, 800.0), _about(r, 1e5), 4.0)),
