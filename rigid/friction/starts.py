@@ -170,8 +170,7 @@ def dry_starts(
         share = float(prior.from_standard(best)) / size
         numbers = dict(job.numbers) | {label: best}
         moved = base.w + cho_solve(solved, base.gradient - share * shared)
-        sensors = len(base.layout.problem.sensors)
-        w = widened(moved, sensors, numbers.values())
+        w = widened(base.hypothesis, moved, numbers.values())
         point = Point(hypothesis, base.layout, w, base.z_noise)
         cost = 0.5 * sum(z * z for z in numbers.values())
         points[job.model.name].append((share * slope - 0.5 * share**2 * curvature - cost, point))
