@@ -37,6 +37,8 @@ ALIASED = {
 }
 """Effects that a parameter or a sibling absorbs where there are records of one kind only."""
 PAIRS = 90
+BEHIND, STRONG = 60, 20.0
+"""Campaigns in which an effect has a cause without an entry beside it, and the strength of both."""
 
 
 class Case(NamedTuple):
@@ -81,6 +83,7 @@ def _small() -> list[Case]:
     found += [Case(0, "pair", ("coulomb-friction", "piston-leakage"), 8.0)]
     found += [Case(0, "aliased", (ALIASED["frames"][0],), 8.0, records="frames")]
     found += [Case(0, "uneven", ("piston-leakage",), 8.0, records="no pressure")]
+    found += [Case(0, "behind", (next(iter(OUTSIDE)), "piston-leakage"), STRONG)]
     return found
 
 
@@ -108,6 +111,10 @@ def _standard() -> list[Case]:
     for i in range(52):
         records = ("no release", "no stroke", "no pressure", "no load")[i % 4]
         found.append(Case(0, "uneven", (NAMES[i % len(NAMES)],), 8.0, records=records))
+    unlisted = list(OUTSIDE)
+    for i in range(BEHIND):
+        both = unlisted[i % len(unlisted)], NAMES[i // 2 % len(NAMES)]
+        found.append(Case(0, "behind", both, STRONG))
     return found
 
 

@@ -21,7 +21,7 @@ from discovery_bars import (
     table,
     within,
 )
-from discovery_cases import NAMES
+from discovery_cases import NAMES, STRONG
 from discovery_misses import misses
 from discovery_scores import (
     CONFIDENT,
@@ -34,6 +34,7 @@ from discovery_scores import (
     log_scores,
     overlap,
     placed,
+    said_of,
     statement,
     true_names,
     upper,
@@ -82,6 +83,7 @@ def page(
         _open(good, known),
         misses(good, known, NAMES),
         _pairs(good),
+        _behind(good),
         _confidence(good),
         _confusion(good),
         _closure(good),
@@ -193,7 +195,7 @@ def _pairs(rows: Sequence[Row]) -> str:
     pairs = of(rows, "pair")
 
     def said(row: Row) -> set[str]:
-        return {step.get("effect") for step in row["answer"]["steps"]}
+        return set(said_of(row))
 
     lines = [
         f"| at least one of the two | {share(pairs, lambda r: bool(said(r) & true_names(r)))} |",
@@ -201,6 +203,31 @@ def _pairs(rows: Sequence[Row]) -> str:
         f"| both and nothing else | {share(pairs, lambda r: said(r) == true_names(r))} |",
     ]
     return "## Pairs\n\n" + table("| named | campaigns | | bounds |", lines)
+
+
+def _behind(rows: Sequence[Row]) -> str:
+    """An effect, and a cause without an entry that is as strong or stronger."""
+    both = of(rows, "behind")
+
+    def named(row: Row) -> bool:
+        return row["case"]["hide"][1] in said_of(row)
+
+    def wrong(row: Row) -> bool:
+        sure = {name for name, chance in said_of(row).items() if chance >= CONFIDENT}
+        return bool(sure - {row["case"]["hide"][1]})
+
+    def first(row: Row) -> bool:
+        return statement(row["answer"]) == UNNAMED
+
+    lines = [
+        f"| the effect is added | {share(both, named)} |",
+        f"| the same where `unnamed` came first | {share(list(filter(first, both)), named)} |",
+        f"| another at 0.9 and more | {share(both, wrong)} |",
+    ]
+    return (
+        "## Behind an unlisted cause\n\nAn effect of the catalogue and a cause that has no entry, "
+        f"at strength {STRONG:g} each.\n\n" + table("| | campaigns | | bounds |", lines)
+    )
 
 
 def _confidence(rows: Sequence[Row]) -> str:
@@ -218,7 +245,7 @@ def _confusion(rows: Sequence[Row]) -> str:
     counts: dict[str, Counter] = {}
     for row in rows:
         case = row["case"]
-        if case["population"] in {"pair", "aliased", "uneven"}:
+        if case["population"] in {"pair", "aliased", "uneven", "behind"}:
             continue
         truth = case["condition"] or " + ".join(case["hide"]) or NOTHING
         if case["population"] == "taken out":

@@ -61,7 +61,15 @@ def true_names(row: Mapping) -> set[str]:
         return {NOTHING}
     if case["population"] in {"taken out", "outside"}:
         return {UNNAMED}
+    if case["population"] == "behind":
+        return {case["hide"][1], UNNAMED}
     return set(case["hide"])
+
+
+def said_of(row: Mapping) -> dict[str, float]:
+    """Effects that were added, and the probability of each."""
+    steps = row["answer"]["steps"]
+    return {step["effect"]: step["probability"] for step in steps if step.get("effect")}
 
 
 class Known(NamedTuple):

@@ -31,7 +31,7 @@ from discovery_scores import (
 from scipy.stats import binom
 
 from rigid.generator import draw
-from rigid.generator.hidden import HIDDEN
+from rigid.generator.hidden import HIDDEN, OUTSIDE
 
 ROOT = Path(__file__).parents[2]
 STORED = json.loads((ROOT / "docs/studies/discovery/lookalikes.json").read_text("utf-8"))
@@ -58,6 +58,11 @@ def test_the_mixture_is_that_of_the_issue():
     assert counts["taken out"] == 5 * len(NAMES)
     assert counts["pair"] == 90
     assert counts["aliased"] + counts["uneven"] == 100
+    assert counts["behind"] == 60
+    behind = [case for case in listed if case.population == "behind"]
+    assert {case.hide[0] for case in behind} == set(OUTSIDE)
+    assert {case.hide[1] for case in behind} <= set(NAMES)
+    assert len({case.hide[1] for case in behind}) == min(len(NAMES), 30)
     seeds = [case.seed for case in listed]
     assert len(set(seeds)) == len(seeds)
     assert min(seeds) == FIRST_SEED
@@ -69,6 +74,18 @@ def test_the_mixture_is_that_of_the_issue():
     assert len(set().union(*pairs) & set(NAMES)) >= len(NAMES) - 1
     assert cases("standard") == listed
     assert {case.population for case in cases("small")} == set(counts)
+
+
+def test_an_effect_behind_an_unlisted_cause_counts_wherever_it_was_added():
+    case = Case(0, "behind", ("rough-bore", "piston-leakage"), 20.0)
+    nameless = {"effect": None, "probability": 1.0, "where": {}}
+    behind = named("piston-leakage")
+    behind = {"verdict": "unnamed", "steps": [nameless, *behind["steps"]]}
+    wrong = {"verdict": "unnamed", "steps": [nameless, *named("valve-event")["steps"]]}
+    found = [row(case, behind), row(case, wrong), row(case, named("piston-leakage", 0.5))]
+    lines = page(found, STORED, 3, "small").split("## Behind an unlisted cause")[1].splitlines()
+    told = [line.split("|")[2].strip() for line in lines if line.startswith("| ")][1:4]
+    assert told == ["2 of 3", "1 of 2", "1 of 3"]
 
 
 def test_a_spec_keeps_what_its_case_says():
