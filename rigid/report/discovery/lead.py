@@ -62,7 +62,7 @@ def lead(outcome: Outcome, extended: str | None) -> tuple[tuple[str, tuple[str, 
         "Nothing was added. Until what is missing is known, the quoted numbers stand for whatever "
         "the model makes of it."
     )
-    came_in = any(step.came_in is not None for step in outcome.steps)
+    came_in = extended is not None or any(step.absorbed for step in outcome.steps)
     changed = tuple(map(_changed, outcome.steps)) if came_in else (unknown,)
     driven = outcome.settled.warning
     return (
