@@ -6,6 +6,7 @@ import pytest
 from rigid.discovery.unmodelled.inputs import Input
 from rigid.discovery.weighing.discrepancy import (
     FACTOR,
+    PAID,
     TYPICAL,
     beside,
     moderated,
@@ -60,6 +61,18 @@ def test_a_second_effect_has_to_explain_more_than_the_law_of_the_first_may_leave
     # Alone, the form is to the effect as their densities: an even bet beforehand.
     odds = then.form / then.probability["clock-offset"]
     assert odds == pytest.approx(of_the_law(share) / of_another(share), rel=1e-3)
+
+
+def test_few_nats_may_be_a_discrepancy_that_no_unmodelled_cause_can_see():
+    """A change of a pump's stage, 3,865 nats, whose form left 7.6 to a valve event: 0.89 of it."""
+    first = said({"valve-event": 7.6, "return-spring": -3.0})
+    kept = beside(first, 3865.0, -1.5).probability["valve-event"]
+    law, another = of_the_law(TYPICAL), of_another(TYPICAL)
+    of_those = another / (law + another)
+    assert kept == pytest.approx(SURE * of_those, rel=1e-3)
+    assert kept < 0.4
+    more = said({"valve-event": PAID + 5.0, "return-spring": -3.0})
+    assert beside(more, 3865.0, -1.5).probability["valve-event"] == pytest.approx(SURE, rel=1e-3)
 
 
 def test_what_no_unmodelled_cause_sees_is_no_discrepancy():

@@ -22,6 +22,10 @@ GREATEST = 0.5
 """A law that leaves more than this share is that of another effect."""
 
 
+PAID = 10.0
+"""Nats that something unnamed pays for its freedom: ten directions, as bumps over the time of a
+record have, at a strength of 8 in all, 5 ln(1 + 64/10)."""
+
 NEVER = 1e9
 """Nats behind of an effect that explains nothing at all, in place of infinity."""
 
@@ -61,7 +65,8 @@ def beside(said: Odds, before: float, hidden: float) -> Odds:
 
     - `before`: evidence of what was added, in nats. One would bet as much on either.
     - `hidden`: evidence of something unnamed. A discrepancy may have any form, so that unmodelled
-      causes see it as well as an effect does: what they see little of is rather the effect.
+      causes see it as well as an effect does, but for what they pay for their freedom: what they
+    see little of is rather the effect.
 
     What looks like an effect and is a discrepancy has no name: its part goes to something unnamed.
     """
@@ -70,7 +75,8 @@ def beside(said: Odds, before: float, hidden: float) -> Odds:
     log, form = dict(said.log), -np.inf
     for name, evidence in said.evidence.items():
         share = max(evidence, 0.0) / before
-        seen = min(max(hidden, 0.0) / evidence, 1.0) if evidence > 0.0 else 1.0
+        shows = evidence - PAID
+        seen = min(max(hidden, 0.0) / shows, 1.0) if shows > 0.0 else 1.0
         law, another = seen * float(of_the_law(share)), float(of_another(share))
         form = np.logaddexp(form, log[name] + float(_log(law / (law + another))))
         log[name] += float(np.log(another / (law + another)))
