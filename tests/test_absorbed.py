@@ -9,9 +9,9 @@ import pytest
 from test_screening import CHOICE, campaign, fitted, found_in
 
 from rigid.discovery.fitted import Fitted
+from rigid.discovery.outcome import Outcome
 from rigid.discovery.signatures import laid_out
 from rigid.discovery.turn import Running, Turn
-from rigid.discovery.workflow import Outcome
 from rigid.io.cache import NOTHING_KEPT
 from rigid.likelihood.problem import Problem
 from rigid.localfit.expansion import Point, expanded

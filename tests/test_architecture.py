@@ -49,11 +49,11 @@ WITHIN = {
         ("unmodelled",),
         ("weighing",),
         ("disagreement", "refit"),
-        ("periodic",),
+        ("form", "periodic"),
         ("pickup",),
         ("signatures",),
         ("turn",),
-        ("rivals",),
+        ("outcome", "rivals"),
         ("workflow",),
     ),
     "report": (

@@ -9,12 +9,13 @@ from rigs import BASE, NOMINAL, SHEETS, converted, drive, effects, parameters, t
 
 from rigid.discovery import signatures as bench
 from rigid.discovery.fitted import Fitted
+from rigid.discovery.outcome import Outcome
 from rigid.discovery.turn import Running, weigh
 from rigid.discovery.unmodelled.base import Bumps
 from rigid.discovery.unmodelled.formula import simplest
 from rigid.discovery.unmodelled.sensors import SensorError
 from rigid.discovery.weighing import explain
-from rigid.discovery.workflow import Outcome, discover
+from rigid.discovery.workflow import discover
 from rigid.effects import CATALOGUE
 from rigid.io.cache import Shelf
 from rigid.likelihood.channels import make_pieces

@@ -7,9 +7,10 @@ import pytest
 from test_screening import CHOICE, campaign, fitted
 from test_shown import bare
 
+from rigid.discovery.outcome import Judged
 from rigid.discovery.refit import Refit, lead_of
 from rigid.discovery.weighing.discrepancy import borne
-from rigid.discovery.workflow import WIDENED, Judged, refusal
+from rigid.discovery.workflow import WIDENED, refusal
 from rigid.inference.search import search
 from rigid.inference.settled import AWAY, CHANCE, away_from_top, settled
 from rigid.localfit.ascent import given_up, refined

@@ -8,6 +8,8 @@ import pytest
 from rigs import parameter
 from scipy.stats import chi2, norm
 
+from rigid.discovery.form import OtherForm
+from rigid.discovery.outcome import Outcome, Step
 from rigid.discovery.refit import Refit
 from rigid.discovery.unmodelled.base import Bumps, together
 from rigid.discovery.unmodelled.crosstalk import answering
@@ -15,7 +17,6 @@ from rigid.discovery.unmodelled.inputs import Input
 from rigid.discovery.unmodelled.straight import straight
 from rigid.discovery.weighing.explain import PRIOR_NOTHING, PRIOR_UNNAMED, Explained, bundles_of
 from rigid.discovery.weighing.odds import MIMICS, Odds
-from rigid.discovery.workflow import Outcome, Step
 from rigid.effects import CATALOGUE
 from rigid.inference.settled import Settled
 from rigid.likelihood.priors import Normal
@@ -291,10 +292,15 @@ def test_the_answer_speaks_of_every_step():
             ("indistinguishable", "coulomb-friction", "stribeck-friction", "a free run", 0.06),
         )
     )  # fmt: skip
-    said = dict(lead(bare(Outcome, steps=steps, settled=SETTLED), None))
+    said = dict(lead(bare(Outcome, steps=steps, settled=SETTLED, forms={}), None))
     far = Settled(0.0, (), 4.2, driven=(("L_0", -5.1),))
-    warned = dict(lead(bare(Outcome, steps=steps, settled=far), None))["How sure?"]
+    warned = dict(lead(bare(Outcome, steps=steps, settled=far, forms={}), None))["How sure?"]
     assert warned[1:] == said["How sure?"]
+    forms = {"coulomb-friction": OtherForm("speed", 7.4), "piston-leakage": OtherForm("time", 2.9)}
+    varied = dict(lead(bare(Outcome, steps=steps, settled=SETTLED, forms=forms), None))["How sure?"]
+    assert varied[0] == said["How sure?"][0]
+    assert "let vary over speed by half and more, coulomb-friction explains" in varied[1]
+    assert "7 nats better" in varied[1]
     assert warned[0].startswith("L_0 is 5.1 prior sds below its prior: a law that is not exact")
     first, second = said["What is it?"]
     assert "leaks past the piston" in first
@@ -312,7 +318,7 @@ def test_the_answer_speaks_of_every_step():
         explained=bare(Explained, p_value=0.004, listed=()), said=odds({"unnamed": 0.99}),
         place=Where("free-run-1", "A", "pressure", None, None),
     )  # fmt: skip
-    [following] = dict(lead(bare(Outcome, steps=(*steps, rest), settled=SETTLED), None))[
+    [following] = dict(lead(bare(Outcome, steps=(*steps, rest), settled=SETTLED, forms={}), None))[
         "What next?"
     ]
     assert "what is left says that one is not" in following
@@ -326,7 +332,7 @@ def test_an_effect_that_fails_a_check_is_told_with_its_reason_and_not_named():
         said=odds({"nothing": 0.01, "unnamed": 0.1, "piston-leakage": 0.7}),
         place=Where("free-run-1", "A", "pressure", None, None),
     )  # fmt: skip
-    outcome = bare(Outcome, steps=(step,), settled=SETTLED)
+    outcome = bare(Outcome, steps=(step,), settled=SETTLED, forms={})
     [what] = dict(lead(outcome, None))["What is it?"]
     assert "(probability 0.70) but is not named: the gap grows with it" in what
     assert "Missing:" not in ruling(outcome)

@@ -79,7 +79,7 @@ def disagreements(local: LocalFit, traces: Traces, seed: int) -> tuple[Disagreem
             continue
         series = np.concatenate([local.terms.score[rows, None], campaigns.left(number, rows)], 1)
         series /= np.sqrt(np.mean(local.terms.curvature[rows]))
-        states = _states(local, channels, channel, rows)
+        states = states_of(local, channels, channel, rows)
         pools[channel.quantity].add(series, states)
         for look in looks(series, layout.time[rows], channel.interval, states):
             names.append(channel)
@@ -208,7 +208,7 @@ def _least(logs: np.ndarray) -> tuple[np.ndarray, int]:
     return np.where(least < -LARGE, many, exact), int(np.argmin(logs[:, 0]))
 
 
-def _states(
+def states_of(
     local: LocalFit, channels: tuple[ChannelKey, ...], channel: ChannelKey, rows: np.ndarray
 ) -> dict[str, np.ndarray]:
     """What a channel's residuals may go by (n,): expected quantities of its record, the speed."""

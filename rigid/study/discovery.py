@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from rigid.discovery.base_fit import best_base
+from rigid.discovery.outcome import Outcome
 from rigid.discovery.refit import KEPT as REFITS
 from rigid.discovery.signatures import KEPT
 from rigid.discovery.turn import Running
 from rigid.discovery.unmodelled import SORTS
-from rigid.discovery.workflow import Outcome
 from rigid.discovery.workflow import discover as work
 from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.inference.calibrate import fingerprint

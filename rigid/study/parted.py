@@ -6,8 +6,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from rigid.discovery.outcome import tied
 from rigid.discovery.turn import Running, Turn, first_turn
-from rigid.discovery.workflow import tied
 from rigid.effects import AbstractEffect
 from rigid.inference.reference_check import SolverCheck
 from rigid.io.cli import Options

@@ -28,7 +28,7 @@ from discovery_page import answered, page
 from rows import carry_out, lines_of, no_answer
 
 if TYPE_CHECKING:
-    from rigid.discovery.workflow import Outcome
+    from rigid.discovery.outcome import Outcome
 
 ORDER = 2026
 """Seed of the order in which campaigns are run: the first of them are a fair sample of all."""

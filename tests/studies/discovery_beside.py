@@ -14,7 +14,7 @@ import numpy as np
 from discovery_cases import Made
 from scipy.stats import chi2, norm
 
-from rigid.discovery.workflow import Outcome
+from rigid.discovery.outcome import Outcome
 from rigid.localfit.local import LocalFit
 
 LAGS = 20

@@ -17,8 +17,8 @@ import numpy as np
 from discovery_cases import Made
 
 from rigid.discovery.fitted import Fitted
+from rigid.discovery.outcome import Outcome
 from rigid.discovery.refit import NO_LEAD, begin, refit
-from rigid.discovery.workflow import Outcome
 from rigid.generator.refit import Key, noiseless
 from rigid.likelihood.tracks import Track
 from rigid.localfit.ascent import refined

@@ -28,7 +28,7 @@ from discovery_page import STRENGTHS, answered
 from rows import carry_out, lines_of, of_one_commit
 
 if TYPE_CHECKING:
-    from rigid.discovery.workflow import Outcome
+    from rigid.discovery.outcome import Outcome
 
 FIRST_SEED = 995_000
 """No other study has seeds from here on."""

@@ -14,7 +14,7 @@ from rigid.discovery.disagreement import (
     Disagreement,
     disagreements,
 )
-from rigid.discovery.workflow import Outcome
+from rigid.discovery.outcome import Outcome
 from rigid.physics import sensors
 from rigid.plots import metrology
 from rigid.report.discovery.section import ComparedShown

@@ -1,11 +1,15 @@
 """The answer in a few plain sentences, for a reader who knows rigs and not statistics."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
+from rigid.discovery.form import CLEARLY
+from rigid.discovery.outcome import Outcome, Step
 from rigid.discovery.refit import Refit
 from rigid.discovery.turn import Absorption
 from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained
-from rigid.discovery.workflow import LIKELY, Outcome, Step
+from rigid.discovery.workflow import LIKELY
 from rigid.localfit.leave_one_out import gap
 from rigid.plots import metrology
 from rigid.plots.metrology import digits, median_and_interval
@@ -67,7 +71,7 @@ def lead(outcome: Outcome, extended: str | None) -> tuple[tuple[str, tuple[str, 
     driven = outcome.settled.warning
     return (
         ("What is it?", tuple(map(_what, outcome.steps))),
-        ("How sure?", (*([f"{driven}."] if driven else ()), *map(_sure, outcome.steps))),
+        ("How sure?", (*([f"{driven}."] if driven else ()), *_all_sure(outcome))),
         ("What changed?", changed),
         (NEXT, (_next(outcome.steps, extended),)),
     )
@@ -122,6 +126,24 @@ def form(step: Step) -> str:
         f"With a probability of {chance_of(step.said.form)} it is no second effect but what the "
         "law of the effect added before leaves: no law is exact, and this is little beside what "
         "that one explains."
+    )
+
+
+def _all_sure(outcome: Outcome) -> Iterator[str]:
+    """How sure each step is, and whether its effect is wanted in another form."""
+    for step in outcome.steps:
+        yield " ".join(filter(None, (_sure(step), formed(outcome, step))))
+
+
+def formed(outcome: Outcome, step: Step) -> str:
+    """That the records want an effect in another form than its law has; empty where they do not."""
+    one = outcome.forms.get(step.chosen or "")
+    if one is None or one.log_bayes < CLEARLY:
+        return ""
+    return (
+        f"Its law has not the form that acts: let vary over {one.over} by half and more, "
+        f"{step.chosen} explains the records {one.log_bayes:.0f} nats better. It may be another "
+        "cause that looks like it."
     )
 
 

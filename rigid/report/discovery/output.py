@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from rigid.discovery.outcome import Judged, Outcome, Step
 from rigid.discovery.refit import Refit
 from rigid.discovery.turn import Absorption
 from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained
-from rigid.discovery.workflow import LIKELY, Judged, Outcome, Step
+from rigid.discovery.workflow import LIKELY
 from rigid.io.files import finite
 from rigid.likelihood.effect_lookup import effects_named, name_in_specs
 from rigid.likelihood.listing import given_priors
@@ -52,7 +53,10 @@ def as_dict(spec: Spec, outcome: Outcome, extended: Path | None) -> dict[str, An
         "probabilities": outcome.steps[0].probability
         if outcome.steps
         else outcome.last_probability,
-        "steps": [_step(spec, step, extended) for step in outcome.steps],
+        "steps": [
+            _step(spec, step, extended) | {"other_form": _other_form(outcome, step)}
+            for step in outcome.steps
+        ],
         "gap": {
             "initial": finite(gap(outcome.base)),
             "final": finite(gap(outcome.final)),
@@ -86,6 +90,12 @@ def _step(spec: Spec, step: Step, extended: Path | None) -> dict[str, Any]:
         }  # fmt: skip
     path = None if extended is None or step.chosen is None else str(extended)
     return out | _added(step, step.came_in, step.judged) | {"spec": path}
+
+
+def _other_form(outcome: Outcome, step: Step) -> dict[str, Any] | None:
+    """Whether the records want the effect of a step in another form, and over what."""
+    one = outcome.forms.get(step.chosen or "")
+    return None if one is None else {"over": one.over, "log_bayes": finite(one.log_bayes)}
 
 
 def _added(step: Step, one: Refit | Absorption, judged: Judged) -> dict[str, Any]:

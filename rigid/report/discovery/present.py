@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rigid.discovery.outcome import Judged, Outcome, Step
 from rigid.discovery.weighing.explain import (
     NOTHING,
     PRIOR_NOTHING,
@@ -12,7 +13,6 @@ from rigid.discovery.weighing.explain import (
     Explained,
 )
 from rigid.discovery.weighing.odds import MIMICS
-from rigid.discovery.workflow import Judged, Outcome, Step
 from rigid.localfit.leave_one_out import gap
 from rigid.report.content import BAD, GOOD, RESERVE, Answer, Check, Front, Provenance
 from rigid.report.discovery.compared import Compared, sentence, shown, table

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from rigid.discovery.outcome import Step
 from rigid.discovery.refit import Refit
-from rigid.discovery.workflow import Step
 from rigid.report.discovery.section import MOST_PANELS, AgainstShown, ResidualShown
 
 EVIDENCE_A_CLASS, FEWEST, MOST = 6.0, 6, 24
