@@ -1,6 +1,7 @@
 """Jitter of a logger's instants, told by other records than the one that it is asked of."""
 
 import numpy as np
+import pytest
 
 from rigid.localfit.instants import louder
 from rigid.localfit.local import LocalFit
@@ -50,8 +51,36 @@ def test_jitter_makes_steep_readings_count_less():
     expected = 1.0 + (jitter * INTERVAL * rate / SIGMA) ** 2
     assert found[:300].max() == 1.0  # where nothing moves
     # 1,200 steep samples tell the excess variance, half of the whole, to a tenth or so
-    ratio = (found[:SAMPLES] - 1.0).max() / (expected - 1.0).max()
+    inside = slice(402, SAMPLES - 1)  # neither where the motion sets in nor at the end
+    ratio = (found[:SAMPLES] - 1.0)[inside].max() / (expected - 1.0)[inside].max()
     assert 0.7 < ratio < 1.4
+
+
+def test_a_sample_at_a_bend_is_off_by_half_of_the_jump():
+    """Its instant may be in the midst of it; where nothing jitters it is off by nothing."""
+    local, score = left(0.3)
+    found = louder(local, score, GOOD)[:SAMPLES]
+    jump = np.abs(np.diff(reading(TIME[:SAMPLES])))
+    for at, step in ((400, jump[400]), (SAMPLES - 1, jump[-1])):
+        assert found[at] == pytest.approx(1.0 + (0.5 * step / SIGMA) ** 2)
+
+
+def test_records_of_another_interval_tell_where_its_own_do_not():
+    """Nothing is left of the record itself, as in a release; three others have one interval."""
+    local, score = left(0.3)
+    layout = local.layout
+    alone = layout.channels[3]._replace(interval=0.1 * INTERVAL)
+    other = object.__new__(Layout)
+    vars(other).update(vars(layout) | {"channels": (*layout.channels[:3], alone)})
+    vars(local).update(layout=other)
+    explained = np.where(NUMBER == 3, 0.0, score)
+    found, shared = louder(local, explained, GOOD), louder(*left(0.3), GOOD)
+    mine = np.flatnonzero(NUMBER == 3)[402:-1]
+    assert 0.4 < (found[mine] - 1.0).max() / (shared[mine] - 1.0).max() < 2.5
+
+
+def test_scatter_that_asks_for_more_than_half_an_interval_is_no_jitter():
+    np.testing.assert_array_equal(louder(*left(3.0), GOOD), 1.0)
 
 
 def test_without_jitter_all_samples_count():

@@ -5,7 +5,7 @@ jitter by some percent of an interval, steep readings are as far off as a missin
 them, and count too much if their noise is that of the sheet.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -15,6 +15,10 @@ from rigid.localfit.local import LocalFit
 TRIED = np.concatenate([[0.0], np.geomspace(1e-3, 0.5, 48)])
 """Sds of the instants that are tried, in intervals."""
 
+BENT, HALF = 0.25, 0.5
+"""A reading bends where the change on one side of a sample is less than this share of that on the
+other; then a sample that jitters is off by half of the greater."""
+
 
 def louder(local: LocalFit, left: np.ndarray, good: np.ndarray) -> np.ndarray:
     """Variance of each sample's noise over that of its sheet (n,), at least 1.
@@ -22,39 +26,71 @@ def louder(local: LocalFit, left: np.ndarray, good: np.ndarray) -> np.ndarray:
     - `local`: a fit. - `left` (n,): scores that nothing explains. - `good` (n,): what counts.
 
     Instants are the logger's: all channels with one interval share their jitter. What a record does
-    on its own is no jitter, so that of each is told by the others. Where there are none it is
-    jitter if it turns from sample to sample as only chance does, before anything explains it: what
-    swings or lags does not, and hundreds of signatures explain any few samples.
+    on its own is no jitter, so that of each is told by the others. Where those of its interval do
+    not tell, channels of other intervals do, which are taken to jitter by the same share of theirs,
+    as far as the channel's own scores allow: hundreds of signatures explain the few steep samples
+    of a release. Where there are no others at all it is jitter if it turns from sample to sample as
+    only chance does, before anything explains it: what swings or lags does not.
     """
     layout, out = local.layout, np.ones(len(left))
-    rate = np.zeros(len(left))
+    rate, known = np.zeros(len(left)), np.zeros(len(left))
     gains: dict[int, np.ndarray] = {}
     rows: dict[int, np.ndarray] = {}
     for number in range(len(layout.channels)):
         mine = layout.channel == number
-        reading, time = local.reading[mine], layout.time[mine]
-        if len(time) < 3 or not good[mine].any():
+        if mine.sum() < 3 or not good[mine].any():
             continue
-        rate[mine] = layout.channels[number].interval * np.gradient(reading, time)
-        rows[number] = np.flatnonzero(mine & good & (local.terms.curvature > 0.0))
-        some = rows[number]
-        gains[number] = _gains(left[some], local.terms.curvature[some], rate[some])
+        rate[mine] = _steepest(local.reading[mine])
+        rows[number] = some = np.flatnonzero(mine & good & (local.terms.curvature > 0.0))
+        # A rounded sample says most where its score is largest: its own curvature would scale that.
+        known[mine] = local.terms.curvature[some].mean() if len(some) else 0.0
+        gains[number] = _gains(left[some], known[some], rate[some])
+    price = 0.5 * np.log(max(int(good.sum()), 2))
 
-    def alone(number: int) -> np.ndarray:
+    def own(number: int, by: Callable[..., np.ndarray]) -> np.ndarray:
         some = rows[number]
-        return _by_chance(local.terms.score[some], local.terms.curvature[some], rate[some])
+        return by(local.terms.score[some], known[some], rate[some])
+
+    def jitter(number: int) -> float:
+        others = [i for i in gains if layout.channels[i].track != layout.channels[number].track]
+        alike = _alike(local, list(gains), number)
+        same = [i for i in others if i in alike]
+        told = np.sum([gains[i] for i in same] or [own(i, _by_chance) for i in alike], axis=0)
+        if told.max() - told[0] <= price and others:
+            told = np.sum([gains[i] for i in others], axis=0)
+            if told.max() - told[0] > price:
+                told = told + own(number, _gains)
+        best = int(np.argmax(told))
+        # What asks for the greatest that is tried asks for more, and is no jitter.
+        jitters = told[best] - told[0] > price and best < len(TRIED) - 1
+        return float(TRIED[best]) if jitters else 0.0
 
     for number in gains:
-        alike = _alike(local, list(gains), number)
-        others = [i for i in alike if layout.channels[i].track != layout.channels[number].track]
-        told = np.sum([gains[i] for i in others] or [alone(i) for i in alike], axis=0)
-        price = 0.5 * np.log(max(int(good.sum()), 2))
-        best = int(np.argmax(told))
-        if told[best] - told[0] > price:
-            mine = layout.channel == number
-            known = local.terms.curvature[mine]
-            out[mine] = 1.0 + (TRIED[best] * rate[mine]) ** 2 * np.maximum(known, 0.0)
+        mine = layout.channel == number
+        if found := jitter(number):
+            off = np.where(_bent(local.reading[mine]), HALF, found) * rate[mine]
+            out[mine] = 1.0 + off**2 * known[mine]
     return out
+
+
+def _bent(reading: np.ndarray) -> np.ndarray:
+    """Where a reading (m,) bends between samples: steep on one side, and hardly so on the other.
+
+    How steep it is at the sample itself is not known there: a pressure may jump within a tenth of
+    an interval, and a sample in the jump is off by a part of it. Nor is it at both ends.
+    """
+    steps = np.abs(np.diff(reading))
+    sides = np.stack([np.append(steps, 0.0), np.append(0.0, steps)])
+    return sides.min(axis=0) < BENT * sides.max(axis=0)
+
+
+def _steepest(reading: np.ndarray) -> np.ndarray:
+    """Change of a reading (m,) to the sample before or after it, whichever is the greater.
+
+    Where a valve opens, a sample that comes late is already on the steep side.
+    """
+    steps = np.abs(np.diff(reading))
+    return np.maximum(np.append(steps, 0.0), np.append(0.0, steps))
 
 
 def _alike(local: LocalFit, numbers: Sequence[int], one: int) -> list[int]:
