@@ -19,7 +19,7 @@ from rigid.localfit.families import Family
 from rigid.localfit.hypothesis import Hypothesis, widened
 from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import Layout, Terms
-from rigid.localfit.settled import below, labels_of, nearer_priors, unsettled
+from rigid.localfit.settled import below, labels_of, nearer_priors, state_of, unsettled
 
 MOST = 4
 """Effects that are fitted in full, at most."""
@@ -27,6 +27,9 @@ WITHIN, MUCH, SHARE = 8.0, 100.0, 0.75
 """Effects whose log Bayes factor lies further below the best are not: odds of 1 in 3,000. Around a
 fit that lacks as much as the second, what signatures promise is a part of what fits bring, another
 part for each: of what is more than that the best may be ahead by the share."""
+ANEW = 4
+"""Times that a fit which stopped short of its top is led on, at most: turns that bring little, one
+after the other, end it each time."""
 KEPT = "discovery-refit-*"
 """What refits are called on the shelf, `*` standing for effects added before and the candidate."""
 BEFORE_STEPS, FIRST_STEPS = 9, 6
@@ -196,6 +199,10 @@ def _followed(found: Explained, begun: Begun, rival: float) -> LocalFit:
         absent = _start(before, found, number, after.family, absent=True)
         if absent.finite:
             after = max(after, refined(absent), key=_height)
+    for _ in range(ANEW):
+        if not after.finite or given_up(after, rival) or state_of(after).flat:
+            break
+        after = max(after, refined(after, rival=rival), key=_height)
     return after
 
 
