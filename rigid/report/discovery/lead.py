@@ -103,7 +103,7 @@ def _what(step: Step) -> str:
         )
         if step.refused:
             return f"{refused(step)} {shows}"
-        behind = " It is in the model of the steps that follow." if step.absorbed else ""
+        behind = " It came into the model without a law." if step.absorbed else ""
         return f"Something that none of the effects tried leaves. {shows}{behind}"
     names = [step.chosen, *(one["effect"] for one in alternatives(step))]
     return "; or ".join(introduced(step.explained, name) for name in names) + "."
