@@ -97,6 +97,10 @@ def test_what_is_absorbed_is_no_longer_weighed(both):
     assert turn.found.unnamed > 100.0
     assert after.found.unnamed < 0.2 * turn.found.unnamed
     assert len(left.columns) == len(turn.bench.bumps.target) - len(after.bench.bumps.target)
+    # Another of the same name comes in under labels of its own.
+    again = after.absorbing(after.absorption()).fit.local.hypothesis
+    assert len(again.absorbed) == 2
+    assert len(set(labels_of(again))) == again.size
 
 
 @pytest.mark.slow

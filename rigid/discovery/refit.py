@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import NamedTuple
+from zlib import crc32
 
 import numpy as np
 
@@ -179,7 +180,7 @@ def refit(
 def _came_in(hypothesis: Hypothesis) -> Iterator[str]:
     """What was added and absorbed, as parts of a file's name."""
     yield from (effect.name.replace(" ", "-") for effect in hypothesis.added)
-    yield from (f"absorbed-{one.columns.shape[1]}" for one in hypothesis.absorbed)
+    yield from (f"absorbed-{crc32(one.columns.tobytes()):08x}" for one in hypothesis.absorbed)
 
 
 def _followed(found: Explained, begun: Begun, rival: float) -> LocalFit:

@@ -170,8 +170,10 @@ class Turn:
         """Absorb a cause, from a place `w` (size,) on; `found`: where it was weighed."""
         local = self.fit.local
         sd = found.likeliest.bundle.sizes(found.screening.slope)
-        taken = Absorbed(hidden.hidden.about.name, hidden.own.columns * sd)
-        hypothesis = local.hypothesis
+        hypothesis, about = local.hypothesis, hidden.hidden.about
+        # Two of one name may come in, over other things or in other records.
+        name = f"{about.name} over {about.over.name} ({len(hypothesis.absorbed) + 1})"
+        taken = Absorbed(name, hidden.own.columns * sd)
         more = dataclasses.replace(hypothesis, absorbed=(*hypothesis.absorbed, taken))
         point = Point(more, local.layout, np.append(w, np.zeros(len(sd))), local.z_noise)
         begun = expanded(local.family, point)
