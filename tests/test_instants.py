@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rigid.localfit.instants import louder
+from rigid.localfit.instants import asked_for, louder
 from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import ChannelKey, Layout, Terms
 
@@ -35,7 +35,8 @@ def left(
         for n in range(RECORDS)
     )
     layout = object.__new__(Layout)
-    vars(layout).update(channels=channels, channel=NUMBER, time=TIME)
+    weight = np.ones(len(TIME))
+    vars(layout).update(channels=channels, channel=NUMBER, time=TIME, weight=weight)
     known = np.full(len(TIME), SIGMA**-2.0)
     local = object.__new__(LocalFit)
     vars(local).update(
@@ -103,3 +104,22 @@ def test_the_only_record_of_an_interval_jitters_if_it_does_so_by_chance():
         assert 0.4 < (found[mine] - 1.0).max() / (shared[mine] - 1.0).max() < 2.5
     late, score = left(0.0, lag=0.6, lone=True)
     np.testing.assert_array_equal(louder(late, 0.0 * score, GOOD), 1.0)
+
+
+def test_scores_ask_for_jitter_that_signatures_would_explain_away():
+    local, score = left(0.3, lone=True)
+    assert louder(local, 0.0 * score, GOOD).max() > 1.0  # its own scores are asked there, too
+    local, score = left(0.3)
+    assert louder(local, 0.0 * score, GOOD).max() == 1.0
+    asked, told = asked_for(local), louder(local, score, GOOD)
+    # variances of 3,200 samples scatter by 0.2 of their mean: a quarter of its square each, 32
+    assert 15.0 < asked.log_bayes < 60.0
+    ratio = (asked.variance[402:799].max() - 1.0) / (told[402:799].max() - 1.0)
+    assert 0.8 < ratio < 1.25
+
+
+def test_nothing_is_asked_for_where_nothing_jitters_or_what_jitters_is_reckoned_with():
+    assert asked_for(left(0.0)[0]) is None
+    local, score = left(0.3)
+    vars(local.layout).update(weight=1.0 / louder(local, score, GOOD))
+    assert asked_for(local) is None

@@ -1,6 +1,7 @@
 """A turn of discovery: a fit, what is weighed around it, and fits with what explains most."""
 
 import dataclasses
+import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple
@@ -23,7 +24,8 @@ from rigid.discovery.refit import (
 from rigid.discovery.signatures import Bench, laid_out
 from rigid.discovery.unmodelled.base import Inferred
 from rigid.discovery.weighing.discrepancy import borne
-from rigid.discovery.weighing.explain import Explained, explain
+from rigid.discovery.weighing.explain import NOTHING, Explained, explain
+from rigid.discovery.weighing.odds import odds
 from rigid.io.cache import NOTHING_KEPT, Shelf
 from rigid.likelihood.priors import AbstractPrior
 from rigid.likelihood.problem import Problem
@@ -31,12 +33,15 @@ from rigid.localfit.ascent import refined
 from rigid.localfit.expansion import Point, expanded
 from rigid.localfit.families import Effects, families
 from rigid.localfit.hypothesis import Absorbed
+from rigid.localfit.instants import asked_for
 from rigid.localfit.local import LocalFit, fitted_noise, with_noise, with_weights
 from rigid.localfit.screening import Around, screen
 from rigid.localfit.settled import unsettled
 from rigid.localfit.weights import facts
 
 Report = Callable[[str], None]
+JITTER = math.log(0.1 / 0.9)
+"""Log odds, before any record, that the instants of a logger's samples jitter."""
 
 
 class Running(NamedTuple):
@@ -213,4 +218,18 @@ def first_turn(
     report("signatures of candidates")
     bench = laid_out(Fitted(base, programs), effects, running.shelf)
     base = refined(with_weights(base, facts(base, bench.traces)))
-    return Turn(Fitted(base, programs), bench, running)
+    return jittering(Turn(Fitted(base, programs), bench, running))
+
+
+def jittering(turn: Turn) -> Turn:
+    """Reckon with instants that jitter where this is likelier than that they are right.
+
+    Either way something may be missing: all explanations together stand behind each.
+    """
+    local = turn.fit.local
+    if (more := asked_for(local)) is None:
+        return turn
+    lighter = refined(with_weights(local, local.layout.weight / more.variance))
+    other = dataclasses.replace(turn, fit=Fitted(lighter, turn.fit.programs))
+    right, wrong = (odds(one.found).log[NOTHING] for one in (turn, other))
+    return other if more.log_bayes + JITTER + right - wrong > 0.0 else turn

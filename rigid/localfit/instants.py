@@ -6,10 +6,12 @@ them, and count too much if their noise is that of the sheet.
 """
 
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
+from scipy.special import logsumexp
 
-from rigid.likelihood.correlation import noise_law
+from rigid.likelihood.correlation import LEAST_SAMPLES, noise_law
 from rigid.localfit.local import LocalFit
 
 TRIED = np.concatenate([[0.0], np.geomspace(1e-3, 0.5, 48)])
@@ -68,9 +70,60 @@ def louder(local: LocalFit, left: np.ndarray, good: np.ndarray) -> np.ndarray:
     for number in gains:
         mine = layout.channel == number
         if found := jitter(number):
-            off = np.where(_bent(local.reading[mine]), HALF, found) * rate[mine]
-            out[mine] = 1.0 + off**2 * known[mine]
+            out[mine] = _variance(local.reading[mine], found, known[mine])
     return out
+
+
+class Jitter(NamedTuple):
+    """Jitter that scores ask for before anything explains them.
+
+    - `variance`: as of `louder`. - `log_bayes`: against instants that are right, all sds that are
+      tried as probable.
+    """
+
+    variance: np.ndarray
+    log_bayes: float
+
+
+def asked_for(local: LocalFit) -> Jitter | None:
+    """What all channels of an interval together ask for, where none of them is taken to jitter.
+
+    Signatures explain steep samples away, and who looks at what they leave sees no jitter. Whether
+    it is jitter or something missing, the evidence for either has to say. None where no interval
+    asks for any.
+
+    - `local`: a fit whose weights have what `louder` found.
+    """
+    layout, log_bayes, asked = local.layout, 0.0, False
+    price = 0.5 * np.log(max(int((layout.weight > 0.0).sum()), 2))
+    variance = np.ones(len(layout.weight))
+    for interval in {channel.interval for channel in layout.channels}:
+        told, rows = np.zeros(len(TRIED)), []
+        for number, channel in enumerate(layout.channels):
+            mine = layout.channel == number
+            some = np.flatnonzero(mine & (layout.weight > 0.0))
+            if channel.interval != interval or len(some) < LEAST_SAMPLES:
+                continue
+            facts, known = layout.weight[some], local.terms.curvature[some]
+            if not np.allclose(facts, facts[0]) or not known.any():
+                continue  # it has some already, or tells nothing
+            rate, level = np.zeros(len(variance)), known.mean()
+            rate[mine] = _steepest(local.reading[mine])
+            told += facts[0] * _gains(local.terms.score[some], np.full(len(some), level), rate[some])
+            rows.append((mine, level))
+        best = int(np.argmax(told))
+        if told[best] - told[0] > price and best < len(TRIED) - 1:
+            asked = True
+            log_bayes += float(np.asarray(logsumexp(told - told[0]))) - float(np.log(len(TRIED)))
+            for mine, level in rows:
+                variance[mine] = _variance(local.reading[mine], TRIED[best], level)
+    return Jitter(variance, log_bayes) if asked else None
+
+
+def _variance(reading: np.ndarray, jitter: float, known: np.ndarray | float) -> np.ndarray:
+    """Variance of a channel's noise (m,) over its sheet's; `known`: one over that, a sample."""
+    off = np.where(_bent(reading), HALF, jitter) * _steepest(reading)
+    return 1.0 + off**2 * known
 
 
 def _bent(reading: np.ndarray) -> np.ndarray:
