@@ -38,5 +38,5 @@ def test_jitter_is_reckoned_with_where_it_explains_more_than_what_may_be_missing
     louder = jittering(missing)
     assert np.allclose(louder.fit.local.layout.weight, 0.01 * missing.fit.local.layout.weight)
     assert max(louder.found.effects.values()) < 0.1 * behind
-    monkeypatch.setattr(module, "asked_for", lambda local: None)
+    monkeypatch.setattr(module, "asked_for", lambda _: None)
     assert jittering(missing) is missing

@@ -16,6 +16,8 @@ from scipy.special import logsumexp
 
 from rigid.discovery.disagreement import TIME, states_of
 from rigid.effects import AbstractEffect
+from rigid.localfit.evidence import mean_of, of_gaussian
+from rigid.localfit.hidden_inputs import bump
 from rigid.localfit.local import LocalFit
 from rigid.localfit.screening import Around, screen
 
@@ -54,7 +56,7 @@ def other_form(local: LocalFit, effect: type[AbstractEffect]) -> OtherForm | Non
     curves = np.array(list(logs.values()))
     own, others = curves[:, : len(OF_THE_LAW)], curves[:, len(OF_THE_LAW) :]
     over = list(logs)[int(np.argmax(np.asarray(logsumexp(others, axis=1))))]
-    return OtherForm(over, _mean(others) - _mean(own))
+    return OtherForm(over, float(mean_of(others.ravel()) - mean_of(own.ravel())))
 
 
 def contributed(local: LocalFit, effect: type[AbstractEffect]) -> Float[np.ndarray, " n"]:
@@ -95,8 +97,8 @@ def _varied(
 def _bumps(state: Float[np.ndarray, " m"], low: float, high: float) -> Float[np.ndarray, "m k"]:
     """Triangles over a state, each as wide as they are apart; beyond the ends, as at them."""
     centres = np.linspace(low, high, HEIGHTS)
-    apart = np.abs(np.clip(state, low, high)[:, None] - centres) / (centres[1] - centres[0])
-    return np.maximum(0.0, 1.0 - apart)
+    inside = np.clip(state, low, high)[:, None]
+    return np.asarray(bump(inside, centres, centres[1] - centres[0]))
 
 
 def _logs(local: LocalFit, columns: Float[np.ndarray, "n k"]) -> Float[np.ndarray, " sds"]:
@@ -104,12 +106,5 @@ def _logs(local: LocalFit, columns: Float[np.ndarray, "n k"]) -> Float[np.ndarra
     around = Around(local.terms.score, local.terms.curvature, local.design, local.gradient)
     found = screen(around, columns)
     values, axes = np.linalg.eigh(found.information)
-    values, along = np.maximum(values, 0.0), found.slope @ axes
     variances = np.square([*OF_THE_LAW, *OF_ANOTHER])[:, None]
-    scaled = 1.0 + variances * values
-    return 0.5 * np.sum(variances / scaled * along**2 - np.log(scaled), axis=1)
-
-
-def _mean(logs: np.ndarray) -> float:
-    """Logarithm of the mean of exponentials."""
-    return float(np.asarray(logsumexp(logs))) - float(np.log(logs.size))
+    return of_gaussian(np.maximum(values, 0.0), found.slope @ axes, variances)

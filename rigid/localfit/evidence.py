@@ -41,6 +41,21 @@ def log_bayes(slope: ArrayLike, information: ArrayLike, departures: np.ndarray) 
     return out.reshape(slopes.shape)
 
 
+def of_gaussian(values: np.ndarray, along: np.ndarray, variance: np.ndarray | float) -> np.ndarray:
+    """Log Bayes factor (...,) of Gaussian amplitudes of one variance against none.
+
+    - `values`, `along` (..., r): information and slope along its eigenvectors. - `variance`:
+      broadcasts with them.
+    """
+    scaled = 1.0 + variance * values
+    return np.asarray(0.5 * np.sum(variance / scaled * along**2 - np.log(scaled), axis=-1))
+
+
+def mean_of(logs: np.ndarray) -> np.ndarray:
+    """Logarithm of the mean of exponentials over the last axis."""
+    return np.asarray(logsumexp(logs, axis=-1) - np.log(np.shape(logs)[-1]))
+
+
 def most_probable(slope: float, information: float, departures: np.ndarray) -> float:
     """Standard normal quantile at which an amplitude explains most, its prior in."""
     exponent = slope * departures - 0.5 * information * departures**2 + LOG_MASS
@@ -71,12 +86,8 @@ class Bundle:
     def log_bayes(self, slope: np.ndarray) -> np.ndarray:
         """Log Bayes factor against nothing (...,) for slopes (..., k) of what was screened."""
         along = (slope[..., self.columns] / self._size) @ self._axes
-        out = []
-        for variance in self._variances:
-            shrunk = variance / (1.0 + variance * self._values)
-            gain = 0.5 * np.sum(shrunk * along**2, axis=-1)
-            out.append(gain - 0.5 * np.sum(np.log1p(variance * self._values)))
-        return np.asarray(logsumexp(np.stack(out), axis=0) - np.log(len(out)))
+        each = [of_gaussian(self._values, along, variance) for variance in self._variances]
+        return mean_of(np.stack(each, axis=-1))
 
     def sizes(self, slope: np.ndarray) -> np.ndarray:
         """Sd of each amplitude (m,) at the common size that explains most.
@@ -88,8 +99,7 @@ class Bundle:
         """
         along = (slope[self.columns] / self._size) @ self._axes
         variances = WIDER_STRENGTHS**2 / max(float(self._values.sum()), 1e-12)
-        scaled = 1.0 + variances[:, None] * self._values
-        gains = 0.5 * np.sum(variances[:, None] / scaled * along**2 - np.log(scaled), axis=1)
+        gains = of_gaussian(self._values, along, variances[:, None])
         return np.sqrt(variances[int(np.argmax(gains))]) / self._size
 
     @property
@@ -104,15 +114,14 @@ class Bundle:
     def amplitudes(self, slope: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean (m,) and covariance (m, m) of the amplitudes given slopes (k,)."""
         along = (slope[self.columns] / self._size) @ self._axes
-        weights, means, covariances = [], [], []
+        weights = of_gaussian(self._values, along, self._variances[:, None])
+        means, covariances = [], []
         for variance in self._variances:
             shrunk = variance / (1.0 + variance * self._values)
-            gain = 0.5 * np.sum(shrunk * along**2) - 0.5 * np.sum(np.log1p(variance * self._values))
-            weights.append(gain)
             means.append(self._axes @ (shrunk * along))
             untold = variance * (np.eye(len(self.columns)) - self._axes @ self._axes.T)
             covariances.append((self._axes * shrunk) @ self._axes.T + untold)
-        share = np.exp(np.array(weights) - logsumexp(weights))
+        share = np.exp(weights - logsumexp(weights))
         mean = np.einsum("v,vm->m", share, np.array(means))
         off = np.array(means) - mean
         covariance = np.einsum("v,vmk->mk", share, np.array(covariances))

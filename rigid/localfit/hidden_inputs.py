@@ -11,6 +11,7 @@ from typing import ClassVar, cast
 import equinox as eqx
 import jax.numpy as jnp
 from jax import Array
+from jax.typing import ArrayLike
 
 from rigid.effects.base import AbstractEffect, Action, State
 from rigid.effects.declare import fixed, parameter
@@ -48,9 +49,9 @@ LOAD = Followed("load", "m", "x", lambda state: state.x_cylinder, turns=True)
 """The load, as the displacement of the cylinder that goes with it."""
 
 
-def bump(value: Array | float, centre: Array, width: Array) -> Array:
+def bump(value: ArrayLike, centre: ArrayLike, width: ArrayLike) -> Array:
     """Triangle of height 1 at `centre` that falls to 0 at `width` on either side."""
-    return jnp.maximum(0.0, 1.0 - jnp.abs(value - centre) / width)
+    return jnp.maximum(0.0, 1.0 - jnp.abs(jnp.subtract(value, centre)) / width)
 
 
 class AbstractHiddenInput(AbstractEffect):

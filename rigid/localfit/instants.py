@@ -109,7 +109,9 @@ def asked_for(local: LocalFit) -> Jitter | None:
                 continue  # it has some already, or tells nothing
             rate, level = np.zeros(len(variance)), known.mean()
             rate[mine] = _steepest(local.reading[mine])
-            told += facts[0] * _gains(local.terms.score[some], np.full(len(some), level), rate[some])
+            told += facts[0] * _gains(
+                local.terms.score[some], np.full(len(some), level), rate[some]
+            )
             rows.append((mine, level))
         best = int(np.argmax(told))
         if told[best] - told[0] > price and best < len(TRIED) - 1:

@@ -17,7 +17,7 @@ from scipy.stats import chi2
 
 from rigid.discovery.unmodelled.base import AbstractHidden, Bumps, Inferred
 from rigid.localfit.candidates import Candidate
-from rigid.localfit.evidence import Bundle, amplitudes, log_bayes
+from rigid.localfit.evidence import Bundle, amplitudes, log_bayes, mean_of
 from rigid.localfit.local import LocalFit
 from rigid.localfit.screening import Screening
 
@@ -66,7 +66,7 @@ class Explained:
         """Log Bayes factor of every effect, averaged over its shapes and places."""
         names = [one.effect.name for one in self.listed]
         return {
-            name: float(_mean(self.candidate[[i for i, n in enumerate(names) if n == name]]))
+            name: float(mean_of(self.candidate[[i for i, n in enumerate(names) if n == name]]))
             for name in dict.fromkeys(names)
         }
 
@@ -108,11 +108,6 @@ def shares(bundles: Sequence[Bundled]) -> Float[np.ndarray, " b"]:
     classes = [hidden.prior_class for hidden, _ in bundles]
     counts = np.array([classes.count(one) for one in classes])
     return -np.log(counts * max(len(set(classes)), 1))
-
-
-def _mean(logs: np.ndarray) -> np.ndarray:
-    """Logarithm of the mean of exponentials over the last axis."""
-    return np.asarray(logsumexp(logs, axis=-1) - np.log(np.shape(logs)[-1]))
 
 
 def bundles_of(
@@ -203,7 +198,7 @@ def _totals(
     for i, curve in enumerate(curves_of_all(found.listed, size, Z_GRID)):
         log = known[i] if i in known else np.interp(slope[:, i] / size[i], Z_GRID, curve)
         parts.setdefault(names[i], []).append(log)
-    effects = [_mean(np.stack(logs, axis=-1)) for logs in parts.values()]
+    effects = [mean_of(np.stack(logs, axis=-1)) for logs in parts.values()]
     each = np.stack([b.log_bayes(slope) + t.log_share for t, b in found.bundles], axis=-1)
     hidden = np.asarray(logsumexp(each + shares(found.bundles), axis=-1))
     prior = prior_of(len(effects))
