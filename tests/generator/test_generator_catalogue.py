@@ -27,10 +27,16 @@ SAME = {
     ),
     "hose-pressure-drop": (
         {"amplitude": 2e9},
-        {"R_hose": 2e9 * (1.0 + FLOW / (10.0 * LITRE_PER_MINUTE))},
+        {"R_hose": 2e9 * (1.0 + (FLOW / (10.0 * LITRE_PER_MINUTE)) ** 0.75)},
     ),
 }
-ABSENT = {"F_constant": 0.0, "area_excess": 0.0, "load_drift": 0.0, "R_hose": 0.0}
+ABSENT = {
+    "F_constant": 0.0,
+    "area_excess": 0.0,
+    "load_drift": 0.0,
+    "R_hose": 0.0,
+    "R_fittings": 0.0,
+}
 STEPS = {"load": 295.0, "stroke": 0.22e-3, "pressure": 5 * 6894.757}
 
 

@@ -1,7 +1,7 @@
 """What can be hidden, each in another functional form than rigid and its generator have it."""
 
 from dataclasses import dataclass
-from math import cos, exp, floor, log, pi, sin, sqrt, tanh
+from math import cos, exp, floor, hypot, log, pi, sin, sqrt, tanh
 
 from .plant import AREA, Cause, Push
 
@@ -75,13 +75,14 @@ class DissolvingAir(Cause):
 
 @dataclass(frozen=True)
 class HoseDrop(Cause):
-    """The gauge sits upstream of a turbulent hose: the drop goes with the flow's square."""
+    """The gauge sits upstream of an orifice: the drop goes with the square of what is much."""
 
     drop: float
+    laminar: float = 1e-5
     nearest = "hose-pressure-drop"
 
     def read(self, values, now, own):
-        values["pressure"] += self.drop * now.inflow * abs(now.inflow)
+        values["pressure"] += self.drop * now.inflow * hypot(now.inflow, self.laminar)
 
 
 @dataclass(frozen=True)

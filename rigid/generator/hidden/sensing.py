@@ -21,7 +21,7 @@ from rigid.generator.hidden.base import (
     uniform,
 )
 
-TURBULENT = 10.0 * LITRE_PER_MINUTE  # flow at which the fittings take as much as the hose
+TURBULENT = 10.0 * LITRE_PER_MINUTE  # flow at which turbulence takes as much as the hose
 QUICKER = 6.0  # of a load cell's second relaxation
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
 STOPS = np.array([0.25, 0.5, 1.0, 2.0])  # at which those of a loop yield, over its width
@@ -30,16 +30,22 @@ PER_NEWTON = {"load": 1.0, "stroke": 3e-7, "pressure": 60.0, "acceleration": 2e-
 IN_LENGTHS = 1e10  # Pa that count as a metre where a solver's tolerance is one of lengths
 
 
-@cause("hose-pressure-drop", "sensor", 3.5e8, "the gauge reads p + R q (1 + |q|/(10 l/min))", SLOW)
+@cause(
+    "hose-pressure-drop",
+    "sensor",
+    3.5e8,
+    "the gauge reads p + R q (1 + (|q|/(10 l/min))^0.75)",
+    SLOW,
+)
 @dataclass(frozen=True)
 class HoseDrop(Hidden):
-    """The gauge sits before the hose; [Pa s/m^3] at low flow, and fittings beside it."""
+    """The gauge sits before the hose; [Pa s/m^3] at low flow, turbulent beside it."""
 
     channel = "pressure"
 
     def error(self, seen: Seen) -> np.ndarray:
-        """What hose and fittings take."""
-        return self.amplitude * seen.flow * (1.0 + np.abs(seen.flow) / TURBULENT)
+        """What the hose takes."""
+        return self.amplitude * seen.flow * (1.0 + (np.abs(seen.flow) / TURBULENT) ** 0.75)
 
 
 @dataclass(frozen=True)
