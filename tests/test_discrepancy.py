@@ -9,6 +9,7 @@ from rigid.discovery.weighing.discrepancy import (
     PAID,
     TYPICAL,
     beside,
+    in_another_form,
     moderated,
     of_another,
     of_the_law,
@@ -185,3 +186,16 @@ def test_moderated_odds_foretell_better_where_laws_have_discrepancies():
     assert np.mean(np.log(then)) > np.mean(np.log(np.maximum(exact, 1e-9))) + 0.5
     # Four standard errors of a share of 4,000, and 0.02 for what three directions leave out.
     assert np.mean(then > 0.5) == pytest.approx(np.mean(np.maximum(then, 1.0 - then)), abs=0.04)
+
+
+def test_an_effect_that_is_wanted_in_another_form_loses_to_something_unnamed():
+    first = said({"one": 100.0, "two": 97.0})
+    for log_bayes in (-5.0, 0.0):
+        assert in_another_form(first, "one", log_bayes) is first
+    before, after = first.probability, in_another_form(first, "one", 6.0).probability
+    # in another form: a tenth of it before the records, times 403
+    weight = 0.1 * np.expm1(6.0) * before["one"]
+    assert after["one"] == pytest.approx(before["one"] / (1.0 + weight))
+    assert after[UNNAMED] == pytest.approx((before[UNNAMED] + weight) / (1.0 + weight))
+    assert sum(after.values()) == pytest.approx(1.0)
+    assert after["one"] < 0.05

@@ -1,7 +1,7 @@
 """What discovery found: turn by turn, and all of it."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
@@ -113,12 +113,27 @@ def tied(found: Explained, first: str, other: str) -> Tied:
     return Tied((found.listed[mine], found.listed[its]), float(found.screening.estimate[mine]))
 
 
+def forms_of(steps: Sequence[Step], final: LocalFit) -> dict[str, OtherForm]:
+    """In what other form the records want each effect that was added, by its name.
+
+    - `final`: the fit with all that came in: at an earlier one another missing cause would be taken
+      for the form.
+    """
+    found = {
+        step.chosen: other_form(final, step.refits[step.chosen].candidate.effect)
+        for step in steps
+        if step.chosen is not None
+    }
+    return {name: form for name, form in found.items() if form is not None}
+
+
 @dataclasses.dataclass(frozen=True)
 class Outcome:
     """All of it.
 
     - `base`: the fit of the model as specified. - `programs`: of all candidates. - `steps`.
     - `last`: what was weighed at the end. - `final`: the fit with all that was added.
+    - `forms`: in what other form the records want each effect that was added, by its name.
     """
 
     base: LocalFit
@@ -128,6 +143,7 @@ class Outcome:
     last: Explained
     last_probability: dict[str, float]
     final: LocalFit
+    forms: Mapping[str, OtherForm]
 
     @property
     def verdict(self) -> str:
@@ -139,16 +155,6 @@ class Outcome:
         """Where the fit with all that was added ended, in view of how much that explains."""
         added = [step.came_in.log_bayes for step in self.steps if step.came_in is not None]
         return state_of(self.final, borne(sum(added, 0.0)))
-
-    @cached_property
-    def forms(self) -> Mapping[str, OtherForm]:
-        """In what other form the records want each effect that was added, by its name."""
-        found = {
-            step.chosen: other_form(self.final, step.refits[step.chosen].candidate.effect)
-            for step in self.steps
-            if step.chosen is not None
-        }
-        return {name: form for name, form in found.items() if form is not None}
 
     def before(self, number: int) -> LocalFit:
         """Return the fit around which a step weighed its explanations."""

@@ -6,11 +6,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from jaxtyping import Float
 
-from rigid.discovery.outcome import Judged, Outcome, Step
+from rigid.discovery.form import OtherForm
+from rigid.discovery.outcome import Judged, Outcome, Step, forms_of
 from rigid.discovery.refit import Refit, lead_of
 from rigid.discovery.rivals import fitted_in_full, turn_odds
 from rigid.discovery.turn import Absorption, Running, Turn, first_turn
-from rigid.discovery.weighing.discrepancy import borne, moderated
+from rigid.discovery.weighing.discrepancy import borne, in_another_form, moderated
 from rigid.discovery.weighing.explain import UNNAMED, Explained
 from rigid.discovery.weighing.odds import Odds
 from rigid.discovery.weighing.verdict import SURE_NAME, verdict_of
@@ -78,14 +79,16 @@ def _steps(turn: Turn) -> Outcome:
         said, left_over = step.said, _unnamed(turn, step.said, step.refits)
         steps[doubted:] = [dataclasses.replace(left_over, refused=why)]
     left = most_left(turn.found, said) if _missing(turn.found, said) else 0.0
+    forms = forms_of(steps, turn.fit.local)
     return Outcome(
         base,
         turn.fit.programs,
         bench,
-        in_view_of_the_end(steps, left),
+        in_view_of_the_end(steps, left, forms),
         turn.found,
         dict(said.probability),
         turn.fit.local,
+        forms,
     )
 
 
@@ -112,10 +115,13 @@ def ahead_of_an_earlier(
     return 0, {}
 
 
-def in_view_of_the_end(steps: Sequence[Step], left: float) -> tuple[Step, ...]:
+def in_view_of_the_end(
+    steps: Sequence[Step], left: float, forms: Mapping[str, OtherForm]
+) -> tuple[Step, ...]:
     """Moderate what was said of each addition by what those after it, and the end, show to be left.
 
     - `left`: evidence for anything at all at the end, in nats; 0 where nothing is missing there.
+    - `forms`: in which the records want what was added, by name.
 
     What a later step added counts as left by the earlier ones as far as it may be the discrepancy
     of their laws; what it absorbed, all of it.
@@ -127,6 +133,8 @@ def in_view_of_the_end(steps: Sequence[Step], left: float) -> tuple[Step, ...]:
             left += 0.0 if step.absorbed is None else most_left(step.explained, step.said)
             continue
         said = moderated(step.said, left)
+        if step.chosen in forms:
+            said = in_another_form(said, step.chosen, forms[step.chosen].log_bayes)
         verdict = step.verdict if said is step.said else verdict_of(step.explained, said)
         # Added it was: what is left takes from how sure the name is, not the addition back.
         verdict = "indistinguishable" if verdict == "unnamed" else verdict

@@ -8,8 +8,8 @@ behind. Evidence that takes each law for exact knows neither.
 
 import numpy as np
 
-from rigid.discovery.weighing.explain import NOTHING, UNNAMED
-from rigid.discovery.weighing.odds import Odds
+from rigid.discovery.weighing.explain import NOTHING, PRIOR_NOTHING, PRIOR_UNNAMED, UNNAMED
+from rigid.discovery.weighing.odds import MIMICS, Odds
 
 TYPICAL, FACTOR = 0.03, 3.0
 """Share of the evidence that the law of the right effect leaves, and to what factor it is known.
@@ -25,6 +25,9 @@ GREATEST = 0.5
 PAID = 10.0
 """Nats that something unnamed pays for its freedom: ten directions, as bumps over the time of a
 record have, at a strength of 8 in all, 5 ln(1 + 64/10)."""
+
+LIKE_IT = MIMICS * PRIOR_UNNAMED / (1.0 - PRIOR_NOTHING - PRIOR_UNNAMED)
+"""What one would bet on something unnamed that looks like an effect, for each bet on the effect."""
 
 NEVER = 1e9
 """Nats behind of an effect that explains nothing at all, in place of infinity."""
@@ -114,3 +117,22 @@ def moderated(said: Odds, left: float) -> Odds:
     log = {**said.log, **dict(zip(names, anew.tolist(), strict=True))}
     log[UNNAMED] += float(np.log(mimic * shrink))
     return Odds(log, said.evidence, said.form * mimic * shrink)
+
+
+def in_another_form(said: Odds, name: str, log_bayes: float) -> Odds:
+    """Reckon with how much better the records are explained by an effect in another form.
+
+    - `name`: of the effect. - `log_bayes`: of another form against its law
+      (`rigid.discovery.form`).
+
+    In another form it is something unnamed that looks like the effect. What speaks for the law
+    makes the name no surer: how often it misleads has not been measured.
+    """
+    if log_bayes <= 0.0 or not np.isfinite(said.log[name]):
+        return said
+    more = said.log[name] + np.log(LIKE_IT) + np.log(np.expm1(log_bayes))
+    log = {**said.log, UNNAMED: float(np.logaddexp(said.log[UNNAMED], more))}
+    total = float(np.logaddexp.reduce(list(log.values())))
+    return Odds(
+        {one: value - total for one, value in log.items()}, said.evidence, said.form / np.exp(total)
+    )
