@@ -4,7 +4,6 @@ import dataclasses
 import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -105,7 +104,7 @@ class Problem(eqx.Module):
         """Joints of the machine that the records are of; () for the rig of eqs. (19)-(22)."""
         return next((group.places for group in self.groups), ())
 
-    @cached_property
+    @property  # a cached value would change the structure that programs are kept by
     def sensors(self) -> tuple[str, ...]:
         """Labels of the sensors, "quantity,cylinder", in order."""
         return tuple(dict.fromkeys(p.sensor(i) for p in self.pieces for i in range(len(p.tracks))))
