@@ -5,11 +5,13 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
 from rigid.inference.search import Found
+from rigid.likelihood.noise import total
 from rigid.likelihood.problem import Problem, in_batches, predict
 
 LEAST_SAMPLES = 128
@@ -83,7 +85,7 @@ def _sums(
         count = -(-terms.shape[0] // length)
         room = ((0, count * length - terms.shape[0]), (0, 0), (0, 0))
         parted = jnp.pad(terms, room).reshape(count, length, *terms.shape[1:])
-        out.append(jnp.sum(parted, axis=1).reshape(-1, terms.shape[-1]))
+        out.append(jax.vmap(total)(parted).reshape(-1, terms.shape[-1]))
     return jnp.concatenate(out)
 
 
