@@ -300,7 +300,7 @@ def _record(way: _Way, start: Array, asked: dict[str, Array]) -> dict[str, Array
     order = jnp.argsort(every, axis=0)
     every = jnp.take_along_axis(every, order, axis=0)
     slack, last, longest = EDGE * way.interval, way.last, STRIDE * way.interval
-    bounds = (jnp.zeros(()), *way.switches, jnp.asarray(jnp.inf))
+    bounds = (jnp.zeros(()), *way.switches, jnp.asarray(jnp.inf, float))
     flat, found = start, None
     for flow, begin, end in zip(way.flows, bounds[:-1], bounds[1:], strict=True):
         # From the last sample on nothing is asked for: a short stretch stands for what never comes.
