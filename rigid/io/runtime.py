@@ -4,7 +4,10 @@ JAX computes in 64-bit floats and keeps compiled programs between runs; linear a
 SciPy runs on one thread.
 """
 
+import gc
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from rigid.io.errors import EnvironmentFaultError
@@ -18,6 +21,10 @@ NEVER = ("0", "false", "off", "no", "f", "n")
 
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 """Environment variables by which a user chooses the threads of linear algebra."""
+
+
+ROOM = 50_000
+"""New objects after which Python looks for garbage in cycles; it would look after 700."""
 
 
 def cache_folder() -> Path | None:
@@ -55,6 +62,26 @@ def prepare() -> None:
     jax.config.update("jax_compilation_cache_dir", str(folder))
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.2)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", 0)
+
+
+@contextmanager
+def loading() -> Iterator[None]:
+    """Load the libraries of a command, the first in its process, with few looks for garbage.
+
+    They and the programs that JAX traces are a million objects that stay. Each look at all of them
+    takes a third of a second: none is taken while they are loaded, what they leave is not looked at
+    again, and later looks are rare.
+    """
+    if gc.get_freeze_count():
+        yield
+        return
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.freeze()
+        gc.set_threshold(ROOM, *gc.get_threshold()[1:])
+        gc.enable()
 
 
 def _one_thread() -> None:

@@ -25,12 +25,14 @@ def ask(question: "Callable[..., CommandResult]", options: Options) -> int:
     Returns the exit status, 1 for a result that must not be used. Raises InputError for a mistake
     in the spec, and what the question raises.
     """
-    from rigid.io.runtime import prepare
-    from rigid.spec.opening import open_spec
+    from rigid.io.runtime import loading, prepare
 
-    spec = open_spec(options)
-    prepare()
-    from rigid.study.study import Study
+    with loading():
+        from rigid.spec.opening import open_spec
+
+        spec = open_spec(options)
+        prepare()
+        from rigid.study.study import Study
 
     how = {"seed": options.seed, "resume": options.resume, "quiet": options.quiet}
     folder = options.folder(spec.path)
