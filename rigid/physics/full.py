@@ -247,7 +247,8 @@ def march(
         every = (times[:, None] + about[:, None]).reshape(-1, about.shape[1])
         on_time = _asked(every, 0.0, last, walkers)
         asked = {q: _asked(every, lags[q], last, walkers) if q in lags else on_time for q in READ}
-        flows = [_flow(contact, fractions[i, track], angles[track]) for i in drives.levels[track]]
+        open_by = fractions[drives.levels[track], track]
+        flows = [_flow(contact, fraction, angles[track]) for fraction in open_by]
         moves = drives.switches[track]
         way = _Way(rigs, flows, moves, last, drives.interval, tolerance)
         found = _record(way, start, asked)

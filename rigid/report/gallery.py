@@ -7,6 +7,7 @@ at the end of the section.
 """
 
 import importlib
+import math
 import pkgutil
 from collections.abc import Callable, Iterator, Sequence
 from itertools import zip_longest
@@ -109,9 +110,11 @@ def illustration(drawn: Drawn, section: str, folder: Path | None = None) -> Illu
 
 def _settle(figure: Figure) -> None:
     """Lay the figure out once: three formats of it differ in nothing."""
-    with house_style():
-        figure.draw_without_rendering()
-        figure.set_layout_engine("none")
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        with house_style():
+            engine.execute(figure)
+            figure.set_layout_engine("none")
 
 
 def _written(folder: Path, name: str, drawn: Drawn, text: str) -> tuple[str, ...]:
@@ -141,9 +144,16 @@ _NAMED = '<svg xmlns="http://www.w3.org/2000/svg" '
 
 def as_csv(numbers: Columns) -> str:
     """The columns as text, six significant digits; a shorter one leaves its last cells empty."""
-    columns = [np.atleast_1d(np.asarray(values)) for values in numbers.values()]
-    cells = ((_cell(value) for value in column) for column in columns)
-    return csv_text(numbers, zip_longest(*cells))
+    columns = (np.atleast_1d(np.asarray(values)) for values in numbers.values())
+    return csv_text(numbers, zip_longest(*map(_cells, columns)))
+
+
+def _cells(column: np.ndarray) -> list[str]:
+    """The cells of a column, a type at a time where it has one."""
+    values = column.tolist()
+    if column.dtype.kind == "f":
+        return [f"{value:.6g}" if math.isfinite(value) else "" for value in values]
+    return [_cell(value) for value in values]
 
 
 def _cell(value: object) -> str:
@@ -151,4 +161,4 @@ def _cell(value: object) -> str:
         return str(int(value))
     if not isinstance(value, float | np.floating):
         return str(value)
-    return f"{float(value):.6g}" if np.isfinite(value) else ""
+    return f"{value:.6g}" if math.isfinite(value) else ""
