@@ -7,6 +7,7 @@ to its end, its readings are nan.
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import pairwise
 from typing import NamedTuple, TypeVar
 
 import diffrax
@@ -236,35 +237,73 @@ def march(
     tolerance: float,
 ) -> dict[str, Array]:
     """Simulate a group of slow records from rest; arguments and result as `staggered.march`."""
-    walkers = fractions.shape[2]
+    walkers, longest = fractions.shape[2], STRIDE * drives.interval
     rigs, lags, mean = _by_walker(rig, walkers), rig.delays(), rig.averaging()
     start = _by_walker(rest_under(rig, 0.0, contact), walkers)
     columns = []
-    for track, samples in enumerate(drives.samples):
-        times = drives.interval * jnp.minimum(jnp.arange(drives.size), samples - 1)
-        last = drives.end[track] + (BEYOND * drives.interval if lags or mean is not None else 0.0)
-        about = jnp.zeros((1, 1)) if mean is None else about_an_instant(drives.interval * mean[1])
-        every = (times[:, None] + about[:, None]).reshape(-1, about.shape[1])
-        on_time = _asked(every, 0.0, last, walkers)
-        asked = {q: _asked(every, lags[q], last, walkers) if q in lags else on_time for q in READ}
-        open_by = fractions[drives.levels[track], track]
-        flows = [_flow(contact, fraction, angles[track]) for fraction in open_by]
-        moves = drives.switches[track]
-        way = _Way(rigs, flows, moves, last, drives.interval, tolerance)
-        found = _record(way, start, asked)
-        columns.append({q: _averaged(series, len(times), mean) for q, series in found.items()})
+    for track in range(len(drives.samples)):
+        way = _laid(jnp.asarray(track), contact, fractions, drives, angles, lags, mean)
+        flat, found = start, None
+        for flow, ends, here in zip(way.flows, way.ends, way.here, strict=True):
+            flat, series = _stretch(rigs, flow, flat, ends, way.every, tolerance, longest)
+            found = series if found is None else _overlaid(here, series, found)
+        read = {q: jnp.take_along_axis(getattr(found, q), at, 0) for q, at in way.rows.items()}
+        columns.append({q: _averaged(series, drives.size, mean) for q, series in read.items()})
     return {q: jnp.stack([column[q] for column in columns], axis=1) for q in READ}
 
 
 class _Way(NamedTuple):
-    """One record: rigs, surroundings by stretch, when the valve moves and the record ends [s]."""
+    """One record: what drives it, and what is asked of it.
 
-    rigs: Rig
+    - `flows`: surroundings, by stretch. - `ends` [s]: of each stretch. - `here` (times, walkers):
+      by stretch, which instants it has, or a later one. - `every` (times, walkers) [s]: instants
+      that are asked for, in order. - `rows` (samples, walkers): by quantity, its own among these.
+    """
+
     flows: list[Surroundings]
-    switches: Array
-    last: Array
-    interval: float
-    tolerance: float
+    ends: list[tuple[Array, Array]]
+    here: list[Array]
+    every: Array
+    rows: dict[str, Array]
+
+
+@eqx.filter_jit
+def _laid(
+    track: Array,
+    contact: Array,
+    fractions: Array,
+    drives: Drives,
+    angles: Array,
+    lags: dict[str, Array],
+    mean: tuple[Array, Array] | None,
+) -> _Way:
+    """Lay out a record in one program: each operation by itself would be compiled as one."""
+    walkers, interval = fractions.shape[2], drives.interval
+    times = interval * jnp.minimum(jnp.arange(drives.size), drives.samples[track] - 1)
+    last = drives.end[track] + (BEYOND * interval if lags or mean is not None else 0.0)
+    about = jnp.zeros((1, 1)) if mean is None else about_an_instant(interval * mean[1])
+    instants = (times[:, None] + about[:, None]).reshape(-1, about.shape[1])
+    on_time = _asked(instants, 0.0, last, walkers)
+    asked = {q: _asked(instants, lags[q], last, walkers) if q in lags else on_time for q in READ}
+    shared = _alike(asked)
+    every = jnp.concatenate(list(shared.values()))
+    order = jnp.argsort(every, axis=0)
+    every = jnp.take_along_axis(every, order, axis=0)
+    rows = dict(zip(shared, jnp.split(jnp.argsort(order, axis=0), len(shared)), strict=True))
+    bounds = (jnp.zeros(()), *drives.switches[track], jnp.asarray(jnp.inf, float))
+    ends = []
+    for begin, end in pairwise(bounds):
+        # From the last sample on nothing is asked for: a short stretch stands for what never comes.
+        idle = begin >= last
+        after = jnp.where(idle, last + interval, jnp.minimum(end, last))
+        ends.append((jnp.where(idle, last, begin), after))
+    return _Way(
+        [_flow(contact, f, angles[track]) for f in fractions[drives.levels[track], track]],
+        ends,
+        [every >= begin - EDGE * interval for begin in bounds[:-1]],
+        every,
+        {q: rows[_key(asked, q)] for q in asked},
+    )
 
 
 def _flow(contact: Array, fraction: Array, angle: Array) -> Surroundings:
@@ -291,32 +330,7 @@ def _averaged(series: Array, times: int, mean: tuple[Array, Array] | None) -> Ar
     return each[0] + mean[0] * (jnp.tensordot(WEIGHTS, each[1:], axes=1) - each[0])
 
 
-def _record(way: _Way, start: Array, asked: dict[str, Array]) -> dict[str, Array]:
-    """Readings (samples, walkers) of one record, by quantity.
-
-    - `asked` (samples, walkers) [s], by quantity.
-    """
-    shared = _alike(asked)
-    every = jnp.concatenate(list(shared.values()))
-    order = jnp.argsort(every, axis=0)
-    every = jnp.take_along_axis(every, order, axis=0)
-    slack, last, longest = EDGE * way.interval, way.last, STRIDE * way.interval
-    bounds = (jnp.zeros(()), *way.switches, jnp.asarray(jnp.inf, float))
-    flat, found = start, None
-    for flow, begin, end in zip(way.flows, bounds[:-1], bounds[1:], strict=True):
-        # From the last sample on nothing is asked for: a short stretch stands for what never comes.
-        idle = begin >= last
-        after = jnp.where(idle, last + way.interval, jnp.minimum(end, last))
-        ends = jnp.where(idle, last, begin), after
-        flat, series = _stretch(way.rigs, flow, flat, ends, every, way.tolerance, longest)
-        here = every >= begin - slack
-        found = series if found is None else _overlaid(here, series, found)
-    assert found is not None  # a record has one stretch at least
-    back = jnp.argsort(order, axis=0)
-    rows = dict(zip(shared, jnp.split(back, len(shared)), strict=True))
-    return {q: jnp.take_along_axis(getattr(found, q), rows[_key(asked, q)], axis=0) for q in asked}
-
-
+@eqx.filter_jit
 def _overlaid(here: Array, series: Readings, before: Readings) -> Readings:
     """Take a stretch where it is, what was before elsewhere."""
     return Readings(*(jnp.where(here, a, b) for a, b in zip(series, before, strict=True)))
