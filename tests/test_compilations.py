@@ -7,6 +7,7 @@ import sys
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cached_property
 from pathlib import Path
 
 import jax
@@ -168,3 +169,13 @@ def test_programs_with_checks_are_kept_only_as_the_runtime_sets_them_up(tmp_path
         again = programs(CHECKED, tmp_path / way, EQX_ON_ERROR=way)
         assert "jit(<lambda>)" in again["asked"]
         assert (again["hits"] == len(again["asked"])) == kept
+
+
+def test_what_is_asked_of_a_problem_does_not_have_it_compiled_again():
+    """A value that equinox keeps beside a module's fields would be another structure."""
+    problem = release_problem({}, samples=64)
+    before = jax.tree.structure(problem)
+    for name, value in vars(type(problem)).items():
+        if isinstance(value, property | cached_property):
+            getattr(problem, name)
+    assert jax.tree.structure(problem) == before
