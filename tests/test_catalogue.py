@@ -81,7 +81,7 @@ SIGNATURES = {
     "entrained-air": (
         {"air_fraction": 2e-3}, "frame", LAST, {"load": -1, "stroke": -1, "pressure": -1},
     ),
-    "hose-pressure-drop": ({"R_hose": 5e9, "R_fittings": 0.0}, "frame", OPEN, {"pressure": 1}),
+    "hose-pressure-drop": ({"R_hose": 5e9, "q_fittings": 1e-4}, "frame", OPEN, {"pressure": 1}),
     "pump-stage-switch": (
         {"stage_drop": 1.0, "p_stage": 50e5, "stage_width": 20e5}, "frame", LAST,
         {"load": -1, "stroke": -1, "pressure": -1},

@@ -59,7 +59,7 @@ def campaign(seed: int, **hidden: float) -> Problem:
     silent = {
         "C_leak": 0.0,
         "R_hose": 0.0,
-        "R_fittings": 0.0,
+        "q_fittings": 1e-3,
         "pressure_delay": 0.0,
         "load_delay_ratio": 0.5,
         "load_drift": 0.0,

@@ -42,6 +42,8 @@ from rigid.localfit.weights import facts
 Report = Callable[[str], None]
 JITTER = math.log(0.1 / 0.9)
 """Log odds, before any record, that the instants of a logger's samples jitter."""
+ENOUGH = math.log(0.5)
+"""Log probability that nothing is missing above which jitter is all there is."""
 
 
 class Running(NamedTuple):
@@ -222,14 +224,16 @@ def first_turn(
 
 
 def jittering(turn: Turn) -> Turn:
-    """Reckon with instants that jitter where this is likelier than that they are right.
+    """Reckon with instants that jitter where this leaves nothing that is missing, and is likelier.
 
-    Either way something may be missing: all explanations together stand behind each.
+    That something is missing and instants are right has all explanations behind it, but one at a
+    time: where two causes are missing, jitter would take up what either leaves of the other.
     """
     local = turn.fit.local
     if (more := asked_for(local)) is None:
         return turn
     lighter = refined(with_weights(local, local.layout.weight / more.variance))
     other = dataclasses.replace(turn, fit=Fitted(lighter, turn.fit.programs))
-    right, wrong = (odds(one.found).log[NOTHING] for one in (turn, other))
-    return other if more.log_bayes + JITTER + right - wrong > 0.0 else turn
+    right, jittered = (odds(one.found).log[NOTHING] for one in (turn, other))
+    enough = jittered > ENOUGH
+    return other if enough and more.log_bayes + JITTER + right - jittered > 0.0 else turn

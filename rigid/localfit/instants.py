@@ -89,8 +89,8 @@ def asked_for(local: LocalFit) -> Jitter | None:
     """What all channels of an interval together ask for, where none of them is taken to jitter.
 
     Signatures explain steep samples away, and who looks at what they leave sees no jitter. Whether
-    it is jitter or something missing, the evidence for either has to say. None where no interval
-    asks for any.
+    it is jitter or something missing, the evidence for either has to say. Channels whose scores do
+    not turn by chance ask for none: what swings or lags is no jitter. None where no interval does.
 
     - `local`: a fit whose weights have what `louder` found.
     """
@@ -107,11 +107,9 @@ def asked_for(local: LocalFit) -> Jitter | None:
             facts, known = layout.weight[some], local.terms.curvature[some]
             if not np.allclose(facts, facts[0]) or not known.any():
                 continue  # it has some already, or tells nothing
-            rate, level = np.zeros(len(variance)), known.mean()
-            rate[mine] = _steepest(local.reading[mine])
-            told += facts[0] * _gains(
-                local.terms.score[some], np.full(len(some), level), rate[some]
-            )
+            level, rate = known.mean(), _steepest(local.reading[mine])[layout.weight[mine] > 0.0]
+            scores, even = local.terms.score[some], np.full(len(some), level)
+            told += facts[0] * _by_chance(scores, even, rate)
             rows.append((mine, level))
         best = int(np.argmax(told))
         if told[best] - told[0] > price and best < len(TRIED) - 1:

@@ -35,7 +35,7 @@ ABSENT = {
     "area_excess": 0.0,
     "load_drift": 0.0,
     "R_hose": 0.0,
-    "R_fittings": 0.0,
+    "q_fittings": 1e6,
 }
 STEPS = {"load": 295.0, "stroke": 0.22e-3, "pressure": 5 * 6894.757}
 
