@@ -18,7 +18,7 @@ def turn_of(problem) -> Turn:
     return Turn(fit, laid_out(fit, CHOICE, NOTHING_KEPT), Running(0))
 
 
-def asking(monkeypatch, log_bayes: float, variance: float = 1e4) -> None:
+def asking(monkeypatch, log_bayes: float, variance: float = 1e3) -> None:
     """Scores ask for noise of so great a variance everywhere, with that evidence."""
 
     def asked_for(local):
@@ -38,7 +38,7 @@ def test_jitter_is_reckoned_with_where_it_explains_more_than_what_may_be_missing
     assert jittering(missing) is missing
     asking(monkeypatch, 2.0 * behind)
     louder = jittering(missing)
-    assert np.allclose(louder.fit.local.layout.weight, 1e-4 * missing.fit.local.layout.weight)
+    assert np.allclose(louder.fit.local.layout.weight, 1e-3 * missing.fit.local.layout.weight)
     assert max(louder.found.effects.values()) < 0.1 * behind
     monkeypatch.setattr(module, "asked_for", lambda _: None)
     assert jittering(missing) is missing

@@ -24,7 +24,7 @@ from rigid.discovery.refit import (
 from rigid.discovery.signatures import Bench, laid_out
 from rigid.discovery.unmodelled.base import Inferred
 from rigid.discovery.weighing.discrepancy import borne
-from rigid.discovery.weighing.explain import NOTHING, Explained, explain
+from rigid.discovery.weighing.explain import NOTHING, PRIOR_NOTHING, Explained, explain
 from rigid.discovery.weighing.odds import odds
 from rigid.io.cache import NOTHING_KEPT, Shelf
 from rigid.likelihood.priors import AbstractPrior
@@ -42,8 +42,6 @@ from rigid.localfit.weights import facts
 Report = Callable[[str], None]
 JITTER = math.log(0.1 / 0.9)
 """Log odds, before any record, that the instants of a logger's samples jitter."""
-ENOUGH = math.log(0.5)
-"""Log probability that nothing is missing above which jitter is all there is."""
 
 
 class Running(NamedTuple):
@@ -226,6 +224,7 @@ def first_turn(
 def jittering(turn: Turn) -> Turn:
     """Reckon with instants that jitter where this leaves nothing that is missing, and is likelier.
 
+    Nothing is left where records make it no less likely that nothing is missing than it was.
     That something is missing and instants are right has all explanations behind it, but one at a
     time: where two causes are missing, jitter would take up what either leaves of the other.
     """
@@ -235,5 +234,5 @@ def jittering(turn: Turn) -> Turn:
     lighter = refined(with_weights(local, local.layout.weight / more.variance))
     other = dataclasses.replace(turn, fit=Fitted(lighter, turn.fit.programs))
     right, jittered = (odds(one.found).log[NOTHING] for one in (turn, other))
-    enough = jittered > ENOUGH
+    enough = jittered > math.log(PRIOR_NOTHING)
     return other if enough and more.log_bayes + JITTER + right - jittered > 0.0 else turn
