@@ -1,4 +1,4 @@
-"""Threads of linear algebra: one, unless the user has chosen; few looks for garbage."""
+"""Threads of linear algebra: one, unless the user has chosen; few looks for garbage; compilers."""
 
 import json
 import os
@@ -7,6 +7,7 @@ import sys
 
 import pytest
 
+from rigid.io import runtime
 from rigid.io.runtime import THREADS
 
 TOLD = """
@@ -50,3 +51,31 @@ assert gc.get_freeze_count() <= first
 
 def test_garbage_is_not_looked_for_among_libraries_and_what_came_later_is_never_held():
     subprocess.run([sys.executable, "-c", COLLECTED], check=True)
+
+
+def compiled_with(monkeypatch, jaxlib: str, given: str) -> list[str]:
+    monkeypatch.setattr(runtime, "version", lambda _: jaxlib)
+    monkeypatch.setenv("XLA_FLAGS", given)
+    runtime.prepare()
+    return os.environ["XLA_FLAGS"].split()
+
+
+def test_a_compiler_is_told_only_what_it_knows_and_a_user_has_the_last_word(monkeypatch):
+    emitters, level = runtime.QUICK_COMPILER
+    assert compiled_with(monkeypatch, "0.10.2", "") == [emitters, level]
+    assert compiled_with(monkeypatch, "0.12.0.1", "") == [level]
+    assert compiled_with(monkeypatch, "0.99.0", "") == []
+    own = "--xla_backend_optimization_level=3"
+    assert compiled_with(monkeypatch, "0.10.2", own) == [emitters, level, own]
+    assert compiled_with(monkeypatch, "0.10.2", f"{emitters} {level}") == [emitters, level]
+
+
+def test_how_programs_of_a_device_are_compiled_is_left_alone(monkeypatch):
+    monkeypatch.setattr(runtime.importlib.util, "find_spec", lambda _: object())
+    assert compiled_with(monkeypatch, "0.10.2", "") == []
+
+
+def test_this_compiler_knows_its_settings():
+    program = "import rigid, jax.numpy; rigid.prepare(); jax.numpy.ones(2).sum()"
+    environment = {name: value for name, value in os.environ.items() if name != "XLA_FLAGS"}
+    subprocess.run([sys.executable, "-c", program], env=environment, check=True)

@@ -5,9 +5,11 @@ SciPy runs on one thread.
 """
 
 import gc
+import importlib.util
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.metadata import version
 from pathlib import Path
 
 from rigid.io.errors import EnvironmentFaultError
@@ -23,6 +25,14 @@ THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 """Environment variables by which a user chooses the threads of linear algebra."""
 
 
+QUICK_COMPILER = {
+    "--xla_cpu_use_fusion_emitters=false": (0, 10),
+    "--xla_backend_optimization_level=1": (0, 12),
+}
+"""How XLA is to compile for processors, and the last version of jaxlib that is known to have each
+setting: XLA ends a process that gives it one it does not know. Programs of many small operations
+compile in half the time, and run as fast (docs/studies/speed.md)."""
+
 ROOM = 50_000
 """New objects after which Python looks for garbage in cycles; it would look after 700."""
 
@@ -37,7 +47,7 @@ def cache_folder() -> Path | None:
 
 
 def prepare() -> None:
-    """Set up the whole process: 64-bit floats, a folder of programs, linear algebra on one thread.
+    """Set up the whole process: 64-bit floats, quick compiling, kept programs, one thread of BLAS.
 
     Call it before anything is compiled. Arrays that JAX made in 32 bits before stay as they are;
     those of rigid are made afterwards. A folder that the user has chosen is kept, and so is a
@@ -52,6 +62,7 @@ def prepare() -> None:
         )
     # Checks of equinox call back to Python, and JAX keeps no program that does.
     os.environ.setdefault("EQX_ON_ERROR", "nan")
+    _compile_quickly()
     import jax
 
     jax.config.update("jax_enable_x64", True)
@@ -62,6 +73,19 @@ def prepare() -> None:
     jax.config.update("jax_compilation_cache_dir", str(folder))
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.2)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", 0)
+
+
+def _compile_quickly() -> None:
+    """Set how XLA compiles, before it is loaded; what a user has set goes before that.
+
+    A device's programs are left alone: there the level of optimisation has not been measured.
+    """
+    if importlib.util.find_spec("jax_plugins") is not None:
+        return
+    here = tuple(int(part) for part in version("jaxlib").split(".")[:2])
+    given = os.environ.get("XLA_FLAGS", "").split()
+    known = [flag for flag, last in QUICK_COMPILER.items() if here <= last and flag not in given]
+    os.environ["XLA_FLAGS"] = " ".join([*known, *given])
 
 
 @contextmanager
