@@ -31,7 +31,7 @@ QUICK_COMPILER = {
 }
 """How XLA is to compile for processors, and the last version of jaxlib that is known to have each
 setting: XLA ends a process that gives it one it does not know. Programs of many small operations
-compile in half the time, and run as fast (docs/studies/speed.md)."""
+compile in 0.4 to 0.8 of the time, and most run about as fast (docs/studies/speed.md)."""
 
 ROOM = 50_000
 """New objects after which Python looks for garbage in cycles; it would look after 700."""
@@ -76,7 +76,7 @@ def prepare() -> None:
 
 
 def _compile_quickly() -> None:
-    """Set how XLA compiles, before it is loaded; what a user has set goes before that.
+    """Set how XLA compiles, before it is first used; what a user has set wins.
 
     A device's programs are left alone: there the level of optimisation has not been measured.
     """

@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from campaign import Bench
+from jax.experimental.compilation_cache import compilation_cache
 from table import Row
 
 from rigid.inference.newton import is_noise, joined, local
@@ -19,6 +20,7 @@ def core_seconds(program: Callable, *given, runs: int) -> float:
     """Processor time of tracing and compiling, the median of several times, nothing kept."""
     took = []
     jax.config.update("jax_enable_compilation_cache", False)
+    compilation_cache.reset_cache()  # JAX asks once a process whether programs are kept
     try:
         for _ in range(runs):
             jax.clear_caches()
@@ -27,6 +29,7 @@ def core_seconds(program: Callable, *given, runs: int) -> float:
             took.append(time.process_time() - began)
     finally:
         jax.config.update("jax_enable_compilation_cache", True)
+        compilation_cache.reset_cache()
     return statistics.median(took)
 
 
