@@ -10,7 +10,7 @@ from scipy.integrate import odeint
 from test_solve import BARS, FRACTIONS, LINEAR, RECORD, exact
 
 from rigid.effects.bristle import share_rate
-from rigid.physics import full, release, staggered
+from rigid.physics import full, release, rubbing, staggered
 from rigid.physics.drive import side_by_side
 from rigid.physics.rig import Surroundings
 from rigid.physics.sensors import readings
@@ -166,7 +166,7 @@ def test_a_stuck_plunger_keeps_its_force():
     # At rest with the valve shut: the oil carries what the friction does not.
     flat = jnp.zeros(6).at[5].set(share).at[4].set(share * 800.0 / NOMINAL["S_Pl"])
     (bristle,) = staggered.Parted.of(rig).bristles
-    end, force = staggered.led(bristle, rig.state(flat), flat[5], 240.0)
+    end, force = rubbing.led(bristle, rig.state(flat), flat[5], 240.0)
     assert (float(end), float(force)) == (share, -800.0 * share)
     assert max(abs(float(r)) for r in rig.motion(flat, Surroundings()).rates) < 1e-9
 
@@ -178,7 +178,7 @@ def test_bristles_are_led_exactly_at_a_slip_that_stays():
     (bristle,) = staggered.Parted.of(rig).bristles
     for slip in (3e-3, -3e-3, 1e-5):
         state = rig.state(jnp.zeros(6).at[3].set(slip))
-        end, force = staggered.led(bristle, state, jnp.asarray(0.3), 0.01)
+        end, force = rubbing.led(bristle, state, jnp.asarray(0.3), 0.01)
         decay = np.exp(-abs(slip) * np.linspace(0.0, 0.01, 20001) / 2e-5)
         path = np.sign(slip) + (0.3 - np.sign(slip)) * decay  # |v| is rounded by 1e-7 m/s
         assert float(end) == pytest.approx(path[-1], abs=0.02 if slip == 1e-5 else 1e-4)

@@ -4,9 +4,8 @@ A step is y + Phi(h) (f(m) - A (m - y)) with m = y + Phi(h/2) f(y), the exponent
 A is the Jacobian of the rig at work (under pressure, in contact), where it is stiffest, so that Phi
 is made once a record; what an effect does beyond that is smooth over a part of a sample. Bristles
 are stiff in ways of their own: they relax at a rate that goes with the speed, and what they hold
-is a spring beside the rig's. A step is implicit in them alone: their mean force goes by the slip in
-its middle, and that slip by their force, one equation that falls. Neither a sliding nor a sticking
-plunger limits the step. Second order in h.
+is a spring beside the rig's. A step is implicit in them alone (`rubbing`): neither a sliding nor a
+sticking plunger limits it. Second order in h.
 Sources: Hochbruck and Ostermann 2010, Acta Numerica 19, sec. 2.3; the implicit midpoint rule,
 Hairer, Lubich and Wanner 2006, Geometric Numerical Integration, II.1.
 
@@ -14,8 +13,6 @@ Arrays carry the walkers on their last axis: every operation is elementwise over
 """
 
 from collections.abc import Callable, Iterable
-from functools import reduce
-from operator import add
 from typing import NamedTuple
 
 import equinox as eqx
@@ -23,13 +20,14 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, State
+from rigid.effects.base import AbstractEffect
 from rigid.physics.delay import looks, on_record, over_step, read
 from rigid.physics.drive import Drives, Plan, plan
 from rigid.physics.release import NODE
 from rigid.physics.rest import rest_under
 from rigid.physics.rig import CORE_SCALES, FREE, Rig, Surroundings
-from rigid.physics.step_matrices import apply, mean_growth, ramp_growth, step_matrix
+from rigid.physics.rubbing import Rubbing
+from rigid.physics.step_matrices import apply, step_matrix
 from rigid.physics.stroke_range import Strokes, foreseen
 
 
@@ -43,14 +41,6 @@ class Cut(NamedTuple):
 SMOOTH, DRY = Cut(16, 4), Cut(24, 64)
 """Without and with dry friction: steps of 0.6 and 0.4, 0.16 and 0.01 ms, where the fastest mode of
 the rig has 4 ms and a plate on bristles of 0.3 um, with 2 kN, 0.4. In a release it swings there."""
-
-FAST = 10.0
-"""Slip [m/s] at which any bristle slides."""
-
-NEWTON_STEPS = 4
-"""Steps toward the slip at which bristles and rig agree. Two find it to less than any sensor sees,
-but where a plunger turns what is left of it jumps, by 2e-8 m when a bending of 1 um changes by a
-millionth: slopes by differences were wrong. Four leave no jump."""
 
 PARTS = 4
 """Parts of a sample between which readings lie that are not those of an instant."""
@@ -123,25 +113,6 @@ class Parted(NamedTuple):
         """Undo `split`."""
         rows = dict(zip(self.kept, smooth, strict=True)) | dict(zip(self.bent, shares, strict=True))
         return jnp.stack([rows[i] for i in range(len(rows))])
-
-
-def led(
-    bristle: AbstractEffect, state: State, share: Array, length: Array | float
-) -> tuple[Array, Array]:
-    """Share that a bristle carries after `length` [s] at the slip of a state, and its mean force.
-
-    The force [N] is that between plunger and cylinder. Exact, since a bristle's rate is linear in
-    its share while the slip stays.
-    """
-
-    def rate(share: Array) -> Array:
-        return bristle(state, (share,)).rates[0]
-
-    now, slope = jax.jvp(rate, (share,), (jnp.ones_like(share),))
-    grown = slope * length
-    end = share + length * mean_growth(grown) * now
-    mean = share + length * ramp_growth(grown) * now
-    return end, jnp.asarray(bristle(state, (mean,)).between)
 
 
 def march(
@@ -245,7 +216,9 @@ def _midpoint(parted: Parted, flat: Array, step: Step) -> Array:
     if shares:
         free = _slid(_between(step.table.whole, step.place, begun), step)
         by_force = _slid(_pushed(rig, step.table.whole, step), step)
-        shares, force = _rubbing(parted, middle, shares, free, by_force, step)
+        state = rig.state(middle, step.column, step.outside)
+        rubbing = Rubbing(parted.bristles, shares, state, step.length)
+        shares, force = rubbing.among(free, by_force)
         middle = middle + _pushed(rig, step.table.half, step) * force
         outside = outside._replace(between=force)
     moved = rates(middle, outside) - _between(step.table.matrix, step.place, middle - start)
@@ -269,50 +242,6 @@ def _pushed(rig: Rig, pair: tuple[Array, Array], step: Step) -> Array:
     lower, change = pair
     total = lower + step.place * change
     return total[:, 3] / rig.plunger_mass - total[:, 1] / rig.cylinder_mass
-
-
-def _rubbing(
-    parted: Parted,
-    middle: Array,
-    shares: tuple[Array, ...],
-    free: Array,
-    by_force: Array,
-    step: Step,
-) -> tuple[tuple[Array, ...], Array]:
-    """Shares that bristles carry at the end of a step, and their mean force in it [N].
-
-    - `middle`: state of the smooth rig in the middle of the step. - `free`: mean slip without that
-      force [m/s]. - `by_force`: slip that a newton of it makes [m/s/N].
-
-    The force falls as the slip grows and the slip falls with the force, so that there is one slip
-    at which both agree.
-    """
-    state = parted.smooth.state(middle, step.column, step.outside)
-
-    def at(slip: Array) -> tuple[tuple[Array, ...], Array]:
-        slipping = state._replace(v_plunger=state.v_cylinder + slip)
-        found = [
-            led(bristle, slipping, share, step.length)
-            for bristle, share in zip(parted.bristles, shares, strict=True)
-        ]
-        return tuple(end for end, _ in found), reduce(add, (force for _, force in found))
-
-    def excess(slip: Array) -> Array:
-        return slip - free - by_force * at(slip)[1]
-
-    side = -jnp.sign(excess(jnp.zeros_like(free)))
-
-    def newton(slip: Array) -> Array:
-        off, slope = jax.jvp(excess, (slip,), (jnp.ones_like(slip),))
-        return slip - off / slope
-
-    def on_its_side(slip: Array) -> Array:
-        return side * jnp.maximum(side * slip, 0.0)
-
-    slip = on_its_side(free + by_force * at(side * FAST)[1])
-    for _ in range(NEWTON_STEPS):
-        slip = on_its_side(newton(slip))
-    return at(slip)
 
 
 def _between(pair: tuple[Array, Array], place: Array, vector: Array) -> Array:

@@ -9,6 +9,7 @@ Arrays carry the walkers on their last axis: every operation is elementwise over
 
 from collections.abc import Sequence
 from functools import reduce
+from math import factorial
 from operator import add
 
 import jax
@@ -20,6 +21,13 @@ from rigid.physics.rig import Rig, Surroundings
 DOUBLINGS = 12
 TAYLOR_DEGREE = 8
 """4,096 sub-steps a sample keep the Taylor remainder below 1e-11 up to mu = 5e6 N s/m."""
+
+
+NEAR = 0.1
+"""Exponent below which `growths` are series: where they end, the next term is below 1e-16."""
+
+RAMP = tuple(factorial(n) for n in range(11, 1, -1))
+"""Divisors of the series of (exp(x) - 1 - x)/x^2, the highest power first."""
 
 
 def product(left: Array, right: Array) -> Array:
@@ -38,12 +46,20 @@ def mean_growth(exponent: Array) -> Array:
     return jnp.where(jnp.abs(exponent) < 1e-8, 1.0 + 0.5 * exponent, jnp.expm1(safe) / safe)
 
 
-def ramp_growth(exponent: Array) -> Array:
-    """(exp(x) - 1 - x)/x^2, the mean of (exp(s x) - 1)/x over s from 0 to 1; 1/2 at x = 0."""
-    near = jnp.abs(exponent) < 1e-3
+def growths(exponent: Array) -> tuple[Array, Array]:
+    """Means of exp(s x) and of (exp(s x) - 1)/x over s from 0 to 1; 1 and 1/2 at x = 0.
+
+    Of one exponential, the dearest operation of a step with dry friction: near 0 a series takes its
+    place, so that both keep twelve digits.
+    """
+    near = jnp.abs(exponent) < NEAR
     safe = jnp.where(near, 1.0, exponent)
-    series = 0.5 + exponent * (1.0 / 6.0 + exponent * (1.0 / 24.0 + exponent / 120.0))
-    return jnp.where(near, series, (jnp.expm1(safe) / safe - 1.0) / safe)
+    series = jnp.full_like(exponent, 1.0 / RAMP[0])
+    for divisor in RAMP[1:]:
+        series = series * exponent + 1.0 / divisor
+    far = (jnp.exp(safe) - 1.0) / safe
+    ramp = jnp.where(near, series, (far - 1.0) / safe)
+    return jnp.where(near, 1.0 + exponent * series, far), ramp
 
 
 def jacobian(rig: Rig, outside: Surroundings, column: Array) -> Array:
