@@ -17,10 +17,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
+from jax.typing import ArrayLike
 
 from rigid.physics.drive import EDGE
 from rigid.physics.rig import Rig, Surroundings
-from rigid.physics.sensors import readings
+from rigid.physics.sensors import readings, readings_of
 
 READ = ("load", "stroke", "pressure")
 """What is read of slow records."""
@@ -49,21 +50,29 @@ def looks(rig: Rig, interval: float, parts: int, finer: int = 1) -> tuple[Look, 
 
     - `parts`: into which some intervals are cut, `finer`: into which the first is cut once more.
     """
+    lags, mean = rig.delays(), rig.averaging()
+    seen = [place for place, q in enumerate(READ) if q in lags or mean is not None]
+    if not seen:
+        return ()
     equal = np.arange(parts + 1) / parts
     graded = np.append(np.arange(finer) / (finer * parts), equal[1:])
-    lags, mean, found = rig.delays(), rig.averaging(), []
-    for place, quantity in enumerate(READ):
-        if quantity not in lags and mean is None:
-            continue
-        lag = lags.get(quantity, jnp.zeros(1)) / interval
-        whole = jnp.floor(lag)
-        back = (0, 1) if mean is None else (0, 1, 2)
-        weights = (
-            _weights(lag - whole, mean, back, interval, edges)
-            for edges in (np.array([0.0, 1.0]), equal, graded)
-        )
-        found.append(Look(place, back, whole.astype(int), *weights))
-    return tuple(found)
+    ways = np.array([0.0, 1.0]), equal, graded
+    back = (0, 1) if mean is None else (0, 1, 2)
+    given = [lags.get(READ[place], jnp.zeros(1)) for place in seen]
+    _, *given = jnp.broadcast_arrays(jnp.zeros(1) if mean is None else mean[0], *given)
+    # All in one table, quantities side by side: a table each would take long to compile.
+    lag = jnp.concatenate(given) / interval
+    whole = jnp.floor(lag)
+    if mean is not None:
+        share, width = (jnp.broadcast_to(one, given[0].shape) for one in mean)
+        mean = jnp.tile(share, len(seen)), jnp.tile(width, len(seen))
+    table = _weights(lag - whole, mean, back, interval, ways)
+    counts = np.cumsum([len(edges) - 1 for edges in ways])[:-1]
+    own = zip(seen, jnp.split(whole, len(seen)), jnp.split(table, len(seen), axis=-1), strict=True)
+    return tuple(
+        Look(place, back, first.astype(int), *jnp.split(mine, counts, axis=1))
+        for place, first, mine in own
+    )
 
 
 def _weights(
@@ -71,16 +80,17 @@ def _weights(
     mean: tuple[Array, Array] | None,
     back: Sequence[int],
     interval: float,
-    edges: np.ndarray,
+    ways: Sequence[np.ndarray],
 ) -> Array:
-    """Weights (back, parts, 4, walkers) of values and rates.
+    """Weights (back, parts, 4, walkers) of values and rates, in the parts of one way after another.
 
     What is on time is read where the next interval begins: there a valve has moved that moves then.
 
     - `late` (walkers,): fraction of an interval. - `mean`: share that is one, and over what part of
-      an interval. - `edges` (parts + 1,): of the parts, from 0 to 1.
+      an interval. - `ways`: to cut one; edges of the parts, from 0 to 1, of each.
     """
-    at, length = edges[:-1, None], np.diff(edges)[:, None]
+    at = np.concatenate([edges[:-1] for edges in ways])[:, None]
+    length = np.concatenate([np.diff(edges) for edges in ways])[:, None]
     one = np.ones_like(length)
     units = np.stack([one, one, interval * length, interval * length], axis=1)
 
@@ -118,30 +128,58 @@ def _under(v: Array) -> Array:
     return jnp.stack([first, last, begin, end], axis=1)
 
 
-def in_motion(rig: Rig, flat: Array, outside: Surroundings) -> tuple[Array, Array]:
-    """Readings (3, ...) of a flat state and how fast they change."""
-    shape = flat.shape[1:]
-    rates = rig.motion(flat, outside).rates
-    along = jnp.stack([jnp.broadcast_to(r, shape) for r in rates])
-    return jax.jvp(lambda y: read(rig, y, outside), (flat,), (along,))
+class InMotion(NamedTuple):
+    """Readings (..., 3, tracks, walkers) and how fast they change."""
+
+    values: Array
+    rates: Array
+
+
+def in_motion(
+    rig: Rig, begin: tuple[Array, Surroundings], end: tuple[Array, Surroundings]
+) -> tuple[InMotion, InMotion]:
+    """Readings of two flat states, (3, tracks, walkers) each, and how fast they change.
+
+    Both in one call: the equations of motion are what takes long to compile.
+    """
+    outside = jax.tree.map(_beside, begin[1], end[1])
+    flat = jnp.stack([begin[0], end[0]], axis=1)
+
+    def at(flat: Array) -> tuple[Array, Array]:
+        motion = rig.motion(flat, outside)
+        return _alike(readings_of(motion, flat)[:3], flat), _alike(motion.rates, flat)
+
+    (values, rates), along = jax.linearize(at, flat)
+    moving, _ = along(rates)
+    return InMotion(values[:, 0], moving[:, 0]), InMotion(values[:, 1], moving[:, 1])
+
+
+def _beside(first: ArrayLike, last: ArrayLike) -> Array:
+    """Two surroundings' parts, () or up to (tracks, walkers) each, as (2, tracks, walkers)."""
+    both = jnp.stack(jnp.broadcast_arrays(jnp.asarray(first), jnp.asarray(last)))
+    return both.reshape(2, *[1] * (3 - both.ndim), *both.shape[1:])
+
+
+def _alike(rows: Sequence[ArrayLike], flat: Array) -> Array:
+    """Rows that broadcast over a flat state, one beneath the other."""
+    return jnp.stack([jnp.broadcast_to(row, flat.shape[1:]) for row in rows])
 
 
 def read(rig: Rig, flat: Array, outside: Surroundings) -> Array:
     """Readings (3, ...) of a flat state."""
-    shape = flat.shape[1:]
-    return jnp.stack([jnp.broadcast_to(r, shape) for r in readings(rig, flat, outside)[:3]])
+    return _alike(readings(rig, flat, outside)[:3], flat)
 
 
 def sums(
     found: Sequence[Look],
-    begin: tuple[Array, Array],
-    end: tuple[Array, Array],
+    begin: InMotion,
+    end: InMotion,
     part: Array | None = None,
     graded: bool = False,
 ) -> Array:
     """What an interval, or a part of it, adds to readings on record: (..., rows, tracks, walkers).
 
-    - `begin`, `end`: readings (..., 3, tracks, walkers) and their rates where it begins and ends.
+    - `begin`, `end`: readings and their rates where it begins and ends.
     - `part`: its number, among the `graded` ones or the equal ones; None: all of the interval.
     """
     rows = []
@@ -169,7 +207,7 @@ def over_step(
     """
     if not found:
         return begin[0][:0]
-    return sums(found, in_motion(rig, *begin), in_motion(rig, *end), part, graded)
+    return sums(found, *in_motion(rig, begin, end), part, graded)
 
 
 def on_record(found: Sequence[Look], series: Array, last: Array) -> dict[str, Array]:

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from jax import Array
 
-from rigid.physics.rig import Rig, Surroundings
+from rigid.physics.rig import Motion, Rig, Surroundings
 
 UNITS = {
     "load": "N",
@@ -34,7 +34,11 @@ class Readings(NamedTuple):
 
 def readings(rig: Rig, flat: Array | tuple, outside: Surroundings) -> Readings:
     """Return what ideal sensors read of a flat state."""
-    motion = rig.motion(flat, outside)
+    return readings_of(rig.motion(flat, outside), flat)
+
+
+def readings_of(motion: Motion, flat: Array | tuple) -> Readings:
+    """Return what ideal sensors read of a flat state whose motion is known."""
     beside = motion.distortion
     return Readings(
         motion.load + beside.load,

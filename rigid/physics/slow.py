@@ -16,17 +16,21 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from rigid.physics.delay import Look, in_motion, looks, on_record, over_step, read, sums
+from rigid.physics.delay import InMotion, Look, in_motion, looks, on_record, over_step, read, sums
 from rigid.physics.drive import STRIDE, Drives, Plan, plan
 from rigid.physics.rest import rest_under
 from rigid.physics.rig import Rig, Surroundings
-from rigid.physics.stage_switch import STEEP, Flow, bends, flow_at, mean_excess, mean_straight
+from rigid.physics.stage_switch import STEEP, bends, flow_at, mean_excess, mean_straight
 from rigid.physics.step_tables import FINER, PARTS, Tables, bulge, polynomial, tables
 from rigid.physics.stroke_range import Strokes, foreseen
 
 SMOOTH = (1.0, 5e-7, 100.0)
 """Load [N], stroke [m] and pressure [Pa], some hundredths of a tenth of the sensors' steps: a rig
 rings as long as it moves by more within a block than a cubic through the ends."""
+
+
+LENGTHS = FINE, PART, SAMPLE, LONG = 0, 1, 2, 3
+"""Lengths of steps: of a part of a part of a sample, of a part, of a sample, of a block."""
 
 
 class _Way(NamedTuple):
@@ -50,7 +54,7 @@ class _Way(NamedTuple):
         track = jnp.arange(self.fractions.shape[1])
         return Surroundings(self.contact, 0.0, self.fractions[level, track], time)
 
-    def stroke(self, flat: Array, length: float) -> Array:
+    def stroke(self, flat: Array, length: float | Array) -> Array:
         """Stroke [m] in the middle of a step of `length` [s]."""
         return flat[2] - flat[0] + 0.5 * length * (flat[3] - flat[1])
 
@@ -147,29 +151,29 @@ def _blocks(grid: Plan) -> tuple[Array, _Part]:
 def _bends_within(way: _Way, flat: Array, parts: _Part) -> Array:
     """Whether the pump's flow bends in a block for any walker, under any flow that it has."""
     length = STRIDE * way.interval
-    found = jnp.asarray(False)
-    for level in (parts.level[0], parts.level[-1]):
-        outside = way.outside(level, parts.begin[0])
-        column = way.rig.column + flat[2] - flat[0]
-        rate = way.rig.motion(flat, outside, column).rates[4]
-        flow = flow_at(way.rig, flat, outside, column)
-        found = found | bends(flow, flat[4], rate, length)
-    return found
+    outside = way.outside(jnp.stack([parts.level[0], parts.level[-1]]), parts.begin[0])
+    column = way.rig.column + flat[2] - flat[0]
+    both = jnp.broadcast_to(flat[:, None], (len(flat), 2, *flat.shape[1:]))
+    rate = way.rig.motion(both, outside, column).rates[4]
+    return bends(flow_at(way.rig, both, outside, column), flat[4], rate, length)
 
 
-def _led(way: _Way, flat: Array, rates: Array, stroke: Array, length: int) -> tuple[Array, Array]:
+def _led(
+    way: _Way, flat: Array, rates: Array, stroke: Array, length: int | Array
+) -> tuple[Array, Array]:
     """Lead a flat state on by one step; return also what a unit rate of pressure does in it.
 
-    - `length`: 0 for a fine step, 1 for a part of a sample, 2 for a sample, 3 for a long step.
+    - `length`: of the step, an entry of `LENGTHS`; no long one where it is an array.
     """
     place = way.place(stroke)
     powers = way.table.powers[:, length, :, :, None]
+    own = way.table.own[length] if isinstance(length, Array) or length < LONG else None
     off = bulge(place)
     new, columns = flat, []
     for j in range(flat.shape[0]):
         column = polynomial(powers[:, :, j], place)
-        if length < 3:
-            column = column + off * way.table.own[length][:, j]
+        if own is not None:
+            column = column + off * own[:, j]
         columns.append(column)
         new = new + column * rates[j]
     return new, columns[4]
@@ -187,7 +191,7 @@ def _straight(way: _Way, flat: Array, outside: Surroundings, stroke: Array, leng
     return new + kept * more
 
 
-def _between(way: _Way, first: tuple[Array, Array], last: tuple[Array, Array]) -> Array:
+def _between(way: _Way, first: InMotion, last: InMotion) -> Array:
     """Cubic through readings at the ends of a block, (STRIDE, 3, tracks, walkers).
 
     Its derivative is that of the chord. A ring too small to be read, 0.02 N at 240 Hz, bows the
@@ -202,9 +206,7 @@ def _between(way: _Way, first: tuple[Array, Array], last: tuple[Array, Array]) -
     return first[0] + u * chord + jax.lax.stop_gradient(bow)
 
 
-def _rates_between(
-    way: _Way, first: tuple[Array, Array], last: tuple[Array, Array], ends: bool
-) -> Array:
+def _rates_between(way: _Way, first: InMotion, last: InMotion, ends: bool) -> Array:
     """Rates of change of the cubic of `_between`, (STRIDE, 3, tracks, walkers).
 
     - `ends`: where steps between samples end, not where they begin.
@@ -219,13 +221,13 @@ def _at_once(way: _Way, flat: Array, parts: _Part) -> tuple[Array, Array, Array]
     """One step over a block: its end, that nothing rings, and readings at its samples."""
     length = STRIDE * way.interval
     outside = way.outside(parts.level[0], parts.begin[0] + 0.5 * length)
-    new = _straight(way, flat, outside, way.stroke(flat, length), 3)
-    ends = in_motion(way.rig, flat, outside), in_motion(way.rig, new, outside)
+    new = _straight(way, flat, outside, way.stroke(flat, length), LONG)
+    ends = in_motion(way.rig, (flat, outside), (new, outside))
     series = _between(way, *ends)
     if way.looks:
-        after = jnp.concatenate([series[1:], ends[1][0][None]])
+        after = jnp.concatenate([series[1:], ends[1].values[None]])
         first, last = (_rates_between(way, *ends, end) for end in (False, True))
-        more = sums(way.looks, (series, first), (after, last))
+        more = sums(way.looks, InMotion(series, first), InMotion(after, last))
         series = jnp.concatenate([series, more], axis=1)
     return new, jnp.asarray(False), series
 
@@ -239,10 +241,10 @@ def _by_samples(way: _Way, flat: Array, parts: _Part, bends: Array) -> tuple[Arr
         return new, jnp.concatenate([read(way.rig, flat, outside), more])
 
     new, series = jax.lax.scan(one, flat, parts)
-    first = in_motion(way.rig, flat, way.outside(parts.level[0], parts.begin[0]))
+    begin = way.outside(parts.level[0], parts.begin[0])
     end = way.outside(parts.level[-1], parts.begin[-1] + way.interval)
-    last = in_motion(way.rig, new, end)
-    off = jnp.abs(series[:, : len(SMOOTH)] - _between(way, first, last))
+    ends = in_motion(way.rig, (flat, begin), (new, end))
+    off = jnp.abs(series[:, : len(SMOOTH)] - _between(way, *ends))
     return new, jnp.any(off > jnp.asarray(SMOOTH)[:, None, None]), series
 
 
@@ -255,7 +257,7 @@ def _sample(way: _Way, flat: Array, part: _Part, bends: Array) -> tuple[Array, A
 
     def whole(flat: Array) -> tuple[Array, Array]:
         outside = way.outside(part.level, part.begin + 0.5 * way.interval)
-        new = _straight(way, flat, outside, way.stroke(flat, way.interval), 2)
+        new = _straight(way, flat, outside, way.stroke(flat, way.interval), SAMPLE)
         end = way.outside(part.after, part.begin + way.interval)
         return new, over_step(way.rig, way.looks, (flat, outside), (new, end))
 
@@ -269,8 +271,7 @@ def _sample(way: _Way, flat: Array, part: _Part, bends: Array) -> tuple[Array, A
             begin = part.begin + number * way.interval / PARTS
             now = _Part(level, kink, part.after, begin, part.fresh)
             fine = bends & _steep(way, flat, now) & ~jnp.any(kink > 0)
-            ways = partial(_in_fine_steps, way), partial(_part_of_sample, way)
-            new = jax.lax.cond(fine, *ways, flat, now)
+            new = _part_of_sample(way, flat, now, fine)
             left = jnp.where(kink > 0, part.after, level)
             ends = (flat, way.outside(level, begin)), (new, way.outside(left, begin))
             return new, over_step(way.rig, way.looks, *ends, part=number)
@@ -278,12 +279,13 @@ def _sample(way: _Way, flat: Array, part: _Part, bends: Array) -> tuple[Array, A
         new, more = jax.lax.scan(one, flat, jnp.arange(PARTS))
         return new, more.sum(axis=0)
 
-    def apart(flat: Array) -> tuple[Array, Array]:
-        # The rig moves as it does where all is read at its instant.
-        return whole(flat)[0], _in_graded_steps(way, flat, part)
-
     def smooth(flat: Array) -> tuple[Array, Array]:
-        return jax.lax.cond(part.fresh, apart, whole, flat) if way.looks else whole(flat)
+        new, more = whole(flat)
+        if way.looks:
+            # The rig moves as it does where all is read at its instant.
+            graded = partial(_in_graded_steps, way)
+            more = jax.lax.cond(part.fresh, graded, lambda *_: more, flat, part)
+        return new, more
 
     return jax.lax.cond(bends | jnp.any(part.kink > 0), cut, smooth, flat)
 
@@ -295,17 +297,17 @@ def _in_graded_steps(way: _Way, flat: Array, part: _Part) -> Array:
     """
     h = way.interval / PARTS
 
-    def led(flat: Array, step: tuple[Array, Array], length: int) -> tuple[Array, Array]:
-        number, begin = step
-        seconds = h if length else h / FINER
-        new, _ = _bent(way, flat, part._replace(begin=begin), length, seconds)
+    def led(flat: Array, step: tuple[Array, Array, Array]) -> tuple[Array, Array]:
+        number, length, since = step
+        begin, seconds = part.begin + since, jnp.where(length == FINE, h / FINER, h)
+        new = _bent(way, flat, part._replace(begin=begin), length, seconds)
         outside = way.outside(part.level, begin)
         return new, over_step(way.rig, way.looks, (flat, outside), (new, outside), number, True)
 
-    first, rest = jnp.arange(FINER), jnp.arange(1, PARTS)
-    flat, near = jax.lax.scan(partial(led, length=0), flat, (first, part.begin + first * h / FINER))
-    _, far = jax.lax.scan(partial(led, length=1), flat, (FINER - 1 + rest, part.begin + rest * h))
-    return near.sum(axis=0) + far.sum(axis=0)
+    lengths = np.array([FINE] * FINER + [PART] * (PARTS - 1))
+    since = np.append(np.arange(FINER) / FINER, np.arange(1, PARTS)) * h
+    steps = tuple(jnp.asarray(one) for one in (np.arange(len(lengths)), lengths, since))
+    return jax.lax.scan(led, flat, steps)[1].sum(axis=0)
 
 
 def _steep(way: _Way, flat: Array, part: _Part) -> Array:
@@ -317,14 +319,25 @@ def _steep(way: _Way, flat: Array, part: _Part) -> Array:
     return bends(flow_at(way.rig, flat, outside, column), flat[4], rate, h, STEEP)
 
 
-def _part_of_sample(way: _Way, flat: Array, part: _Part) -> Array:
-    """Lead a flat state on by a part of a sample, in which the valve may move."""
+def _part_of_sample(way: _Way, flat: Array, part: _Part, fine: Array) -> Array:
+    """Lead a flat state on by a part of a sample, in which the valve may move.
+
+    - `fine`: whether it is cut once more; then the valve rests.
+    """
     h = way.interval / PARTS
-    new, before = _bent(way, flat, part, 1, h)
-    outside = way.outside(part.after, part.begin + 0.5 * h)
+    length, seconds = jnp.where(fine, FINE, PART), jnp.where(fine, h / FINER, h)
+
+    def one(number: Array, flat: Array) -> Array:
+        now = part._replace(begin=part.begin + number * seconds)
+        return _bent(way, flat, now, length, seconds)
+
+    new = jax.lax.fori_loop(0, jnp.where(fine, FINER, 1), one, flat)
     column = way.rig.column + way.stroke(flat, h)
-    after = flow_at(way.rig, flat, outside, column)
-    kick = jnp.moveaxis(way.table.kinks[part.kink], 0, 1)
+    before, after = (
+        flow_at(way.rig, flat, way.outside(level, part.begin + 0.5 * h), column)
+        for level in (part.level, part.after)
+    )
+    kick = jnp.moveaxis(way.table.kinks[part.kink], 0, 1)  # none where the valve rests
     gained, left = new[4] - flat[4], way.kink_rest[part.kink] / h
     then, middle = flat[4] + (1.0 - left) * gained, flat[4] + (1.0 - 0.5 * left) * gained
     jump = after(then) - before(middle)
@@ -332,21 +345,11 @@ def _part_of_sample(way: _Way, flat: Array, part: _Part) -> Array:
     return new + kick * (after(0.5 * (then + new[4] + kick[4] * jump)) - before(middle))
 
 
-def _in_fine_steps(way: _Way, flat: Array, part: _Part) -> Array:
-    """Lead a flat state on by a part of a sample in which the flow bends and the valve rests."""
-    h = way.interval / (PARTS * FINER)
-
-    def one(flat: Array, number: Array) -> tuple[Array, None]:
-        return _bent(way, flat, part._replace(begin=part.begin + number * h), 0, h)[0], None
-
-    return jax.lax.scan(one, flat, jnp.arange(FINER))[0]
-
-
-def _bent(way: _Way, flat: Array, part: _Part, length: int, seconds: float) -> tuple[Array, Flow]:
-    """Lead a flat state on by a step in which the flow may bend; give that flow as well."""
+def _bent(way: _Way, flat: Array, part: _Part, length: Array, seconds: Array) -> Array:
+    """Lead a flat state on by a step in which the flow may bend."""
     outside = way.outside(part.level, part.begin + 0.5 * seconds)
     stroke = way.stroke(flat, seconds)
     column = way.rig.column + stroke
     new, kept = _led(way, flat, way.rates(flat, outside, column), stroke, length)
     flow = flow_at(way.rig, flat, outside, column)
-    return new + kept * mean_excess(flow, flat[4], new[4], kept[4]), flow
+    return new + kept * mean_excess(flow, flat[4], new[4], kept[4])

@@ -56,11 +56,13 @@ def mean_excess(flow: Flow, begin: Array, end: Array, share: Array) -> Array:
         halfway = flow(0.5 * (begin + pressure) - 0.125 * share * (last - first))
         return (first + 4.0 * halfway + last) / 6.0 - first
 
-    def newton(_: Array, pressure: Array) -> Array:
+    def newton(_: Array, carry: tuple[Array, Array]) -> tuple[Array, Array]:
+        pressure, _ = carry
         more, slope = jax.jvp(excess, (pressure,), (jnp.ones_like(pressure),))
-        return pressure + (end + share * more - pressure) / (1.0 - share * slope)
+        return pressure + (end + share * more - pressure) / (1.0 - share * slope), more
 
-    return excess(jax.lax.fori_loop(0, NEWTON_STEPS, newton, end))
+    # A turn more than steps: what the flow is where the last one ends.
+    return jax.lax.fori_loop(0, NEWTON_STEPS + 1, newton, (end, jnp.zeros_like(end)))[1]
 
 
 def mean_straight(flow: Flow, begin: Array, end: Array, share: Array) -> Array:
