@@ -118,7 +118,8 @@ class Rubbing(NamedTuple):
     def _held(self) -> Array:
         """Force [N] at rest, where every share stays as it is: it changes as the speed does."""
         state, own = self._slipping(jnp.zeros(())), zip(self.bristles, self.shares, strict=True)
-        return reduce(add, (bristle(state, (share,)).between for bristle, share in own))
+        held = [jnp.asarray(bristle(state, (share,)).between) for bristle, share in own]
+        return reduce(add, held)
 
     def _slipping(self, slip: Array) -> State:
         return self.state._replace(v_plunger=self.state.v_cylinder + slip)

@@ -306,7 +306,7 @@ def _in_graded_steps(way: _Way, flat: Array, part: _Part) -> Array:
 
     lengths = np.array([FINE] * FINER + [PART] * (PARTS - 1))
     since = np.append(np.arange(FINER) / FINER, np.arange(1, PARTS)) * h
-    steps = tuple(jnp.asarray(one) for one in (np.arange(len(lengths)), lengths, since))
+    steps = jnp.arange(len(lengths)), jnp.asarray(lengths), jnp.asarray(since)
     return jax.lax.scan(led, flat, steps)[1].sum(axis=0)
 
 
