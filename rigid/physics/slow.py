@@ -29,7 +29,7 @@ SMOOTH = (1.0, 5e-7, 100.0)
 rings as long as it moves by more within a block than a cubic through the ends."""
 
 
-LENGTHS = FINE, PART, SAMPLE, LONG = 0, 1, 2, 3
+FINE, PART, SAMPLE, LONG = range(4)
 """Lengths of steps: of a part of a part of a sample, of a part, of a sample, of a block."""
 
 
@@ -163,7 +163,7 @@ def _led(
 ) -> tuple[Array, Array]:
     """Lead a flat state on by one step; return also what a unit rate of pressure does in it.
 
-    - `length`: of the step, an entry of `LENGTHS`; no long one where it is an array.
+    - `length`: of the step, FINE, PART, SAMPLE or LONG; an array holds one of the first two.
     """
     place = way.place(stroke)
     powers = way.table.powers[:, length, :, :, None]

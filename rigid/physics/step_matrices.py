@@ -22,7 +22,6 @@ DOUBLINGS = 12
 TAYLOR_DEGREE = 8
 """4,096 sub-steps a sample keep the Taylor remainder below 1e-11 up to mu = 5e6 N s/m."""
 
-
 NEAR = 0.1
 """Exponent below which `growths` are series: where they end, the next term is below 1e-16."""
 
@@ -40,12 +39,6 @@ def apply(matrix: Array, vector: Array) -> Array:
     return reduce(add, (matrix[:, j] * vector[j] for j in range(matrix.shape[1])))
 
 
-def mean_growth(exponent: Array) -> Array:
-    """(exp(x) - 1)/x, the mean of exp(s x) over s from 0 to 1; 1 at x = 0."""
-    safe = jnp.where(jnp.abs(exponent) < 1e-8, 1.0, exponent)
-    return jnp.where(jnp.abs(exponent) < 1e-8, 1.0 + 0.5 * exponent, jnp.expm1(safe) / safe)
-
-
 def growths(exponent: Array) -> tuple[Array, Array]:
     """Means of exp(s x) and of (exp(s x) - 1)/x over s from 0 to 1; 1 and 1/2 at x = 0.
 
@@ -60,6 +53,11 @@ def growths(exponent: Array) -> tuple[Array, Array]:
     far = (jnp.exp(safe) - 1.0) / safe
     ramp = jnp.where(near, series, (far - 1.0) / safe)
     return jnp.where(near, 1.0 + exponent * series, far), ramp
+
+
+def mean_growth(exponent: Array) -> Array:
+    """(exp(x) - 1)/x, the mean of exp(s x) over s from 0 to 1; 1 at x = 0."""
+    return growths(exponent)[0]
 
 
 def jacobian(rig: Rig, outside: Surroundings, column: Array) -> Array:
