@@ -92,7 +92,8 @@ SIGNATURES = {
         {"load": 1, "stroke": 1, "pressure": 1},
     ),
     "valve-event": (
-        {"event_size": 0.3365, "event_start": 0.2, "event_duration": 0.15}, "frame", LAST,
+        {"event_size": 0.3365, "event_start": 0.2, "event_duration": 0.15, "event_edge": 0.05},
+        "frame", LAST,
         {"load": 1, "stroke": 1, "pressure": 1},
     ),
     "load-cell-stiffening": (

@@ -1,23 +1,23 @@
 """The discrepancy of a law: what it does to the odds of effects, and of a second one."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
-from rigid.discovery.unmodelled.inputs import Input
+from rigid.discovery.weighing import discrepancy
 from rigid.discovery.weighing.discrepancy import (
     FACTOR,
     PAID,
     TYPICAL,
-    beside,
     in_another_form,
     moderated,
     of_another,
     of_the_law,
 )
-from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained, bundles_of
+from rigid.discovery.weighing.explain import NOTHING, UNNAMED
 from rigid.discovery.weighing.odds import Odds
 from rigid.discovery.workflow import most_left
-from rigid.localfit.screening import Screening
 
 SURE = 1.0 / 1.1
 
@@ -34,7 +34,7 @@ def said(evidence: dict[str, float]) -> Odds:
 def of(chance: dict[str, float], evidence: dict[str, float]) -> Odds:
     """Odds of stated probabilities."""
     with np.errstate(divide="ignore"):
-        return Odds({name: float(np.log(p)) for name, p in chance.items()}, evidence)
+        return Odds({name: float(np.log(p)) for name, p in chance.items()}, evidence, 0.0)
 
 
 def test_the_densities_of_shares_are_of_the_stated_middle_and_factor():
@@ -45,6 +45,11 @@ def test_the_densities_of_shares_are_of_the_stated_middle_and_factor():
     assert above / at == pytest.approx(np.exp(-0.5))
     assert of_the_law(0.0) == at
     assert of_another(1.0) / of_another(10.0) == pytest.approx(np.exp(0.5))
+
+
+def beside(first: Odds, before: float, hidden: float) -> Odds:
+    """The same once something was added, with what speaks for something unnamed."""
+    return discrepancy.beside(dataclasses.replace(first, unnamed=hidden), before)
 
 
 @pytest.mark.parametrize(
@@ -103,7 +108,7 @@ def test_nothing_keeps_its_probability():
 
 def test_a_first_effect_has_nothing_before_it():
     first = said({"clock-offset": 100.0, "return-spring": 1.0})
-    assert beside(first, 0.0, 50.0) is first
+    assert discrepancy.beside(first, 0.0) is first
 
 
 def test_odds_are_those_of_exact_laws_where_nothing_is_left():
@@ -137,15 +142,10 @@ def test_what_explains_nothing_at_all_has_no_part():
     then = moderated(beside(first, 300.0, 50.0), 20.0)
     assert then.probability["return-spring"] == 0.0
     assert sum(then.probability.values()) == pytest.approx(1.0)
-    alone = Odds({NOTHING: np.log(0.01), UNNAMED: np.log(0.99)}, {})
+    alone = Odds({NOTHING: np.log(0.01), UNNAMED: np.log(0.99)}, {}, 7.0)
     for then in (beside(alone, 300.0, 50.0), moderated(alone, 50.0)):
         assert then.probability == pytest.approx(alone.probability)
-    one = np.array([[4.0]])
-    bundles = bundles_of((Input("force", "speed"),), 0, one)
-    found = Explained(
-        (), Screening(np.array([6.0]), one), np.array([]), bundles, np.array([7.0]), 0.0
-    )
-    assert most_left(found, alone) == pytest.approx(7.0)
+    assert most_left(alone) == pytest.approx(7.0)
 
 
 def test_a_discrepancy_of_three_directions_lies_in_one_by_chance_as_often_as_reckoned():

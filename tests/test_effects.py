@@ -88,7 +88,8 @@ def probes(values, effect: type[AbstractEffect]) -> tuple[jnp.ndarray, Surroundi
     """States (n, probes), also where the pump switches and where the plunger creeps, times of an
     event, and the valve open and shut."""
     begin = values.get("event_start", 1.0)
-    times = (1.0, begin, begin + values.get("event_duration", 1.0))
+    moving = begin + 0.5 * values.get("event_edge", 1.0)
+    times = (1.0, begin, moving, begin + values.get("event_duration", 1.0))
     stage = values.get("p_stage")  # in the middle of a switch its width does not show
     pressures = (None, values["p_max"], stage, stage and stage + values["stage_width"])
     creep = values.get("v_stribeck", 1e-3)

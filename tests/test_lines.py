@@ -42,11 +42,16 @@ FREQUENCY, PHASES, OPEN = 9.37, (2.0, -1.1), 4.0
 RECORDS = ("free-run-1", "free-run-2")
 
 
-def campaign(seed: int, amplitude: float, hum: tuple[float, float] = (50.0, 0.0)) -> Problem:
+def campaign(
+    seed: int,
+    amplitude: float,
+    hum: tuple[float, float] = (50.0, 0.0),
+    only: str | None = None,
+) -> Problem:
     """Two free runs with a ripple of one frequency, in each with its own phase.
 
     - `hum`: frequency [Hz] of what all sensors pick up, each at an angle of its own, and its
-      amplitude in sds of their noise.
+      amplitude in sds of their noise; `only`: in one record.
     """
     tracks = tuple(
         track(f"free-run-{i},A", "free-run", 600, drive=drive(600, (0.5, 0.5 + OPEN), (0, 1, 0)))
@@ -65,10 +70,10 @@ def campaign(seed: int, amplitude: float, hum: tuple[float, float] = (50.0, 0.0)
         here = truth | {f"pump_angle[{one.name}]": jnp.asarray([phase])}
         ideal = SlowGroup((one,), (*effects(BASE), RIPPLE)).predict(here)
         angles, turned = iter((0.4, 2.1, -1.3)), 2.0 * np.pi * hum[0] * one.times
+        loud = hum[1] if only in (None, one.name) else 0.0
         data = {
             q: converted(
-                ideal[q][:, 0, 0]
-                + hum[1] * SHEETS[q].noise * np.sin(turned + next(angles) * phase),
+                ideal[q][:, 0, 0] + loud * SHEETS[q].noise * np.sin(turned + next(angles) * phase),
                 SHEETS[q],
                 rng,
             )

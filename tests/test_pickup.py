@@ -8,7 +8,7 @@ from test_lines import CHOICE, RIPPLE, campaign
 from rigid.discovery.fitted import Fitted
 from rigid.discovery.periodic import QUANTILES
 from rigid.discovery.pickup import ChannelSamples, spectrum_of, weighing
-from rigid.discovery.signatures import laid_out
+from rigid.discovery.signatures import Bench, laid_out
 from rigid.discovery.turn import weigh
 from rigid.effects import CATALOGUE
 from rigid.io.cache import Shelf
@@ -17,6 +17,7 @@ from rigid.localfit.ascent import refined
 from rigid.localfit.expansion import Point, expanded
 from rigid.localfit.families import families
 from rigid.localfit.hypothesis import Hypothesis, start
+from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import lay_out
 
 PICKUP = CATALOGUE["mains-pickup"]
@@ -59,15 +60,28 @@ def test_what_moves_whole_records_is_no_line():
     assert weights.of_sizes(turning[:, None])[5].max() > 100.0
 
 
-def weighed(problem: Problem) -> dict[str, float]:
-    """Log Bayes factors of the effects that may be missing."""
+def bench_of(problem: Problem) -> tuple[LocalFit, Bench]:
+    """A fit of a campaign, and signatures of the effects that may be missing from it."""
     choice = (*CHOICE, PICKUP)
     programs = families(problem, choice)
     noise = np.zeros(sum(p.base == "noise" for p in problem.parameters.sampled))
     w = start(problem, np.zeros(problem.parameters.size), np.zeros((len(problem.sensors), 2)))
     begun = expanded(programs[0], Point(Hypothesis(problem), lay_out(problem), w, noise))
     local = refined(begun, most=40)
-    return dict(weigh(local, laid_out(Fitted(local, programs), choice, Shelf()), 1).effects)
+    return local, laid_out(Fitted(local, programs), choice, Shelf())
+
+
+def weighed(problem: Problem) -> dict[str, float]:
+    """Log Bayes factors of the effects that may be missing."""
+    return dict(weigh(*bench_of(problem), 1).effects)
+
+
+@pytest.mark.slow
+def test_a_line_in_one_record_alone_is_no_more_than_all_channels_of_one_amplitude_explain():
+    """Each channel may have an amplitude in the search, and not in the refit."""
+    _, bench = bench_of(campaign(4, 0.0, (50.0, 1.5), "free-run-1"))
+    (line,) = [one for one in bench.listed if one.effect is PICKUP]
+    assert line.log_share == 0.0
 
 
 @pytest.mark.slow

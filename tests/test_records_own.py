@@ -25,7 +25,7 @@ OWN = {
     },
     ("free-run-2,B",): {
         "kappa[free-run-2,B]", "k_oil[free-run-2,B]", "event_size", "event_start",
-        "event_duration",
+        "event_duration", "event_edge",
     },
     ("release-1,A",): {
         "preload[release-1,A]", "release_time[release-1,A]", "k_oil[release-1,A]",

@@ -276,7 +276,7 @@ def test_numbers_are_told_in_words_whatever_record_or_branch_they_are_of():
 
 
 def odds(chance: dict[str, float], form: float = 0.0) -> Odds:
-    return Odds({name: float(np.log(p)) for name, p in chance.items()}, {}, form)
+    return Odds({name: float(np.log(p)) for name, p in chance.items()}, {}, 0.0, form)
 
 
 def test_the_answer_speaks_of_every_step():

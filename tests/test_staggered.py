@@ -92,7 +92,12 @@ SMOOTH = {
     "seating-slack": {"slack": 1e-3},
     "load-cell-stiffening": {"k_stiffening": 1e10},
     "pump-ripple": {"ripple": 0.05, "f_ripple": 8.0},
-    "valve-event": {"event_size": 0.4, "event_start": 0.4, "event_duration": 0.1},
+    "valve-event": {
+        "event_size": 0.4,
+        "event_start": 0.4,
+        "event_duration": 0.1,
+        "event_edge": 0.05,
+    },
     "pump-stage-switch": {"stage_drop": 1.0, "p_stage": 40e5, "stage_width": 20e5},
     "direction-dependent-viscosity": {"mu_back": 1e5},
     "return-spring": {"F_return": 1e3, "k_return": 5e3},

@@ -63,3 +63,11 @@ def test_a_bend_is_the_second_derivative_along_the_step(monkeypatch):
     np.testing.assert_allclose(bend.by, [2.0 * 0.4**2, 0.0], atol=1e-12)
     np.testing.assert_allclose(bend.along, [0.4, -np.expm1(-0.3 * FACTOR) / FACTOR])
     assert Bend.between(fit(last), fit(last)).along == pytest.approx(0.0)
+
+
+def test_slopes_whose_squares_are_no_numbers_are_nowhere_to_go_on_from():
+    steep = fit_at(np.array([6.0, 9.0]))
+    vars(steep).update(design=steep.design * 1e200)
+    assert np.isfinite(steep.design).all()
+    assert not steep.finite
+    assert fit_at(np.array([6.0, 9.0])).finite

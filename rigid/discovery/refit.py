@@ -19,6 +19,7 @@ from rigid.localfit.expansion import Point, expanded
 from rigid.localfit.families import Family
 from rigid.localfit.hypothesis import Hypothesis, widened
 from rigid.localfit.local import LocalFit
+from rigid.localfit.noise_follows import pooled
 from rigid.localfit.samples import Layout, Terms
 from rigid.localfit.settled import below, labels_of, nearer_priors, state_of, unsettled
 
@@ -43,7 +44,8 @@ class Refit:
     """An effect added and everything fitted again.
 
     - `candidate`: where it began. - `before`, `after`: fits without and with it, in one program.
-    - `log_bayes`: of the effect against its absence, by Laplace's method.
+    - `log_bayes`: of the effect against its absence, by Laplace's method, with what pooling its
+      likelihood with one whose noise follows the fit changes, `pooled`.
     - `ahead`: name of the effect that explains so much more that this fit was given up before its
       optimum, and `log_bayes` is less than it could be; mostly empty.
     - `earlier`: evidence for the effects that were added before, in nats.
@@ -55,6 +57,7 @@ class Refit:
     log_bayes: float
     ahead: str = ""
     earlier: float = 0.0
+    pooled: float = 0.0
 
     @property
     def unsettled(self) -> str:
@@ -90,8 +93,12 @@ NO_LEAD = Lead("", -np.inf)
 
 
 def lead_of(name: str, one: Refit) -> Lead:
-    """The lead that a fit with the effect `name` has."""
-    return Lead(name, _height(one.after))
+    """The lead that a fit with the effect `name` has.
+
+    What pooling takes from its evidence is no ground to give others up for; what it adds it may
+    add to others as well.
+    """
+    return Lead(name, _height(one.after) + min(one.pooled, 0.0))
 
 
 def worth_refitting(evidence: Mapping[str, float], alone: Mapping[str, float]) -> list[str]:
@@ -173,8 +180,9 @@ def refit(
     )
     places = len({one.only for one in found.listed if one.effect is candidate.effect})
     log_bayes = after.log_evidence - before.log_evidence - float(np.log(places))
+    change = pooled(before, after) if after.finite else 0.0
     ahead = lead.name if given_up(after, lead.height) else ""
-    return Refit(candidate, before, after, log_bayes, ahead)
+    return Refit(candidate, before, after, log_bayes + change, ahead, pooled=change)
 
 
 def _came_in(hypothesis: Hypothesis) -> Iterator[str]:

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from rigid.discovery.refit import MOST, NO_LEAD, Lead, Refit, lead_of, worth_refitting
 from rigid.discovery.turn import Turn
 from rigid.discovery.weighing.discrepancy import beside
-from rigid.discovery.weighing.explain import Explained
+from rigid.discovery.weighing.explain import UNNAMED, Explained
 from rigid.discovery.weighing.odds import Odds, odds
 from rigid.discovery.weighing.pairs import UNSURE, Pairs, pairs
 
@@ -17,7 +17,7 @@ def turn_odds(
     turn: Turn, changes: Mapping[str, float] | None = None, both: Pairs | None = None
 ) -> Odds:
     """What the records say at a turn, with what was added before it in view; as `odds`."""
-    return beside(odds(turn.found, changes, both), turn.before, turn.found.unnamed)
+    return beside(odds(turn.found, changes, both), turn.before)
 
 
 def fitted_in_full(turn: Turn, known: Mapping[str, Refit]) -> tuple[Odds, dict[str, Refit]]:
@@ -34,7 +34,9 @@ def fitted_in_full(turn: Turn, known: Mapping[str, Refit]) -> tuple[Odds, dict[s
         return {name: one.log_bayes for name, one in refits.items()}
 
     def said() -> Odds:
-        return turn_odds(turn, changed(found, fitted()), both)
+        # Once fits are weighed by two likelihoods, so is what has no name.
+        hidden = {UNNAMED: turn.hidden_pooled} if refits else {}
+        return turn_odds(turn, changed(found, fitted()) | hidden, both)
 
     if not known:
         names = _unlike(found, (), worth_refitting(said().evidence, found.effects))[:MOST]

@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 
 from rigid.discovery.base_fit import begun_at, led_on
 from rigid.discovery.fitted import Fitted
@@ -35,6 +36,7 @@ from rigid.localfit.families import Effects, families
 from rigid.localfit.hypothesis import Absorbed
 from rigid.localfit.instants import asked_for
 from rigid.localfit.local import LocalFit, fitted_noise, with_noise, with_weights
+from rigid.localfit.noise_follows import pooled, pooled_by
 from rigid.localfit.screening import Around, screen
 from rigid.localfit.settled import unsettled
 from rigid.localfit.weights import facts
@@ -74,17 +76,19 @@ def weigh(local: LocalFit, bench: Bench, seed: int) -> Explained:
     return explain(listed, bench.bumps.target, found, seed)
 
 
-class Absorption(NamedTuple):
+@dataclasses.dataclass(frozen=True)
+class Absorption:
     """A cause of unknown law, and fits without it and with it as a part of the model."""
 
     hidden: Inferred
     before: LocalFit
     after: LocalFit
 
-    @property
+    @cached_property
     def log_bayes(self) -> float:
-        """Of it against its absence, at the size that explains most."""
-        return self.after.log_evidence - self.before.log_evidence
+        """Of it against its absence, at the size that explains most; pooled as a refit's."""
+        change = pooled(self.before, self.after) if self.after.finite else 0.0
+        return self.after.log_evidence - self.before.log_evidence + change
 
     @property
     def unsettled(self) -> str:
@@ -113,6 +117,16 @@ class Turn:
     def hidden(self) -> Inferred:
         """What the records say of the likeliest cause of unknown law."""
         return self.found.inferred(self.fit.local, self.bench.bumps)
+
+    @cached_property
+    def hidden_change(self) -> Float[np.ndarray, " n"]:
+        """What it changes in the readings, to first order, once the fit has given way."""
+        return self.fit.local.given_way(self.hidden.own.columns @ self.hidden.mean)
+
+    @cached_property
+    def hidden_pooled(self) -> float:
+        """What pooling likelihoods changes in the evidence for it, as in a refit."""
+        return pooled_by(self.fit.local, self.hidden_change)
 
     @cached_property
     def near(self) -> "Turn | None":

@@ -4,7 +4,6 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from jaxtyping import Float
 
 from rigid.discovery.form import OtherForm
 from rigid.discovery.outcome import Judged, Outcome, Step, forms_of
@@ -20,7 +19,6 @@ from rigid.likelihood.problem import Problem
 from rigid.localfit.families import Effects
 from rigid.localfit.leave_one_out import Judged as Fit
 from rigid.localfit.leave_one_out import gap, held_out_gap, left_out, units
-from rigid.localfit.local import LocalFit
 from rigid.localfit.screening import Screening
 from rigid.localfit.settled import below, state_of
 from rigid.localfit.where import where_shown
@@ -78,7 +76,7 @@ def _steps(turn: Turn) -> Outcome:
         why = {step.chosen or "": _not_settled(step.doubted)}
         said, left_over = step.said, _unnamed(turn, step.said, step.refits)
         steps[doubted:] = [dataclasses.replace(left_over, refused=why)]
-    left = most_left(turn.found, said) if _missing(turn.found, said) else 0.0
+    left = most_left(said) if _missing(turn.found, said) else 0.0
     forms = forms_of(steps, turn.fit.local)
     return Outcome(
         base,
@@ -130,7 +128,7 @@ def in_view_of_the_end(
     for step in reversed(steps):
         if step.chosen is None:
             out.append(step)
-            left += 0.0 if step.absorbed is None else most_left(step.explained, step.said)
+            left += 0.0 if step.absorbed is None else most_left(step.said)
             continue
         said = moderated(step.said, left)
         if step.chosen in forms:
@@ -143,9 +141,9 @@ def in_view_of_the_end(
     return tuple(reversed(out))
 
 
-def most_left(found: Explained, said: Odds) -> float:
+def most_left(said: Odds) -> float:
     """Evidence for what explains most of what is left, with a name or without, in nats."""
-    return max([found.unnamed, *said.evidence.values()])
+    return max([said.unnamed, *said.evidence.values()])
 
 
 def _missing(found: Explained, said: Odds) -> bool:
@@ -195,9 +193,8 @@ def _judged(one: Refit | Absorption, only: str | None = None) -> Judged:
 
 def _unnamed(turn: Turn, said: Odds, refits: dict[str, Refit]) -> Step:
     """A turn at which no effect is added."""
-    local, hidden = turn.fit.local, turn.hidden
-    change = _changed(local, hidden.own.columns @ hidden.mean)
-    gain = local.terms.score * change - 0.5 * local.terms.curvature * change**2
+    local, hidden, change = turn.fit.local, turn.hidden, turn.hidden_change
+    gain = local.gain_of(change)
     there, equation = where_shown(local, gain, change), hidden.hidden.about.equation
     return Step(
         "unnamed", turn.found, said, refits, None, there, equation, None, 0.0, hidden=hidden
@@ -254,12 +251,6 @@ def refusal(one: Refit | Absorption, judged: Judged, believed: bool = False) -> 
             f"{difference:+.1f}, standard error {error:.1f})"
         )
     return ""
-
-
-def _changed(local: LocalFit, change: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-    """What something changes once the fit has given way."""
-    gradient = local.design.T @ (local.terms.curvature * change)
-    return change - local.design @ np.linalg.solve(local.information, gradient)
 
 
 def _placebo(found: Explained, chosen: str) -> float:

@@ -9,14 +9,12 @@ from rigid.effects.base import AbstractEffect, Action, State
 from rigid.effects.declare import either_sign, lognormal, parameter, uniform
 from rigid.effects.pump_curve import HALF_DROP, MEAN_FLOW
 
-EDGE = 0.05
-"""Time scale [s] on which a valve turned by hand moves; a change is over within four of them."""
-
 
 class ValveEvent(AbstractEffect):
     """kappa becomes r kappa from t_e to t_e + d: q gains (r - 1) q_fast w(t).
 
-    w = (tanh((t - t_e)/e) - tanh((t - t_e - d)/e))/2 with e = 0.05 s, t since the record began.
+    w = (tanh((t - t_e)/e) - tanh((t - t_e - d)/e))/2, t since the record began. A valve turned by
+    hand takes a while: a change is over within four times e.
     The change is relative to the fast stage's flow, which the pump delivers below p_max.
 
     Signature: in one record, for a stretch of time, load, stroke and pressure rise r times as fast
@@ -44,6 +42,13 @@ class ValveEvent(AbstractEffect):
     duration: Array = parameter(
         "event_duration", r"d_\mathrm{e}", "s", lognormal(0.7, 2.0), meaning="duration of the event"
     )
+    edge: Array = parameter(
+        "event_edge",
+        r"e_\mathrm{e}",
+        "s",
+        lognormal(0.07, 2.0),
+        meaning="time scale on which the valve moves",
+    )
 
     name: ClassVar[str] = "valve-event"
     equation: ClassVar[str] = "pump"
@@ -59,5 +64,5 @@ class ValveEvent(AbstractEffect):
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the flow that the valve lets through more."""
         since = state.time - self.start
-        within = jnp.tanh(since / EDGE) - jnp.tanh((since - self.duration) / EDGE)
+        within = jnp.tanh(since / self.edge) - jnp.tanh((since - self.duration) / self.edge)
         return Action(inflow=0.5 * jnp.expm1(self.size) * (MEAN_FLOW + HALF_DROP) * within)

@@ -55,10 +55,14 @@ class LocalFit:
         prior = 0.5 * (self.w @ self.w + self.z_noise @ self.z_noise)
         return float(self.terms.value.sum() - prior)
 
-    @property
+    @cached_property
     def finite(self) -> bool:
-        """Whether its records could be simulated here, and how they change with w."""
-        return bool(np.isfinite(self.value) and np.isfinite(self.design).all())
+        """Whether its records could be simulated here, and how they change with w.
+
+        Slopes whose squares are no numbers any more leave no information to go on by.
+        """
+        squares = np.einsum("nk,nk,n->", self.design, self.design, self.terms.curvature)
+        return bool(np.isfinite(self.value) and np.isfinite(squares))
 
     @cached_property
     def information(self) -> Float[np.ndarray, "size size"]:
@@ -80,6 +84,15 @@ class LocalFit:
     def log_evidence(self) -> float:
         """Log of the integral of the posterior by Laplace's method, noise levels at their best."""
         return self.value - 0.5 * float(np.linalg.slogdet(self.information)[1])
+
+    def given_way(self, change: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+        """What is left of a change of expected readings once the fit has given way to it."""
+        gradient = self.design.T @ (self.terms.curvature * change)
+        return change - self.design @ np.linalg.solve(self.information, gradient)
+
+    def gain_of(self, change: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+        """Log-likelihood that each sample gains by a change of expected readings."""
+        return self.terms.score * change - 0.5 * self.terms.curvature * change**2
 
     def interval(self, label: str) -> dict[str, Any]:
         """Median, 90 % interval and unit of a parameter, by the Gaussian around w."""

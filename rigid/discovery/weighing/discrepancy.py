@@ -6,6 +6,8 @@ the law and no second effect, and of two effects that explain nearly as much, th
 behind. Evidence that takes each law for exact knows neither.
 """
 
+import dataclasses
+
 import numpy as np
 
 from rigid.discovery.weighing.explain import NOTHING, PRIOR_NOTHING, PRIOR_UNNAMED, UNNAMED
@@ -63,15 +65,14 @@ def _log(value: float | np.ndarray) -> np.ndarray:
         return np.asarray(np.log(value))
 
 
-def beside(said: Odds, before: float, hidden: float) -> Odds:
+def beside(said: Odds, before: float) -> Odds:
     """Reckon that what is left may be the discrepancy of what was added.
 
     - `before`: evidence of what was added, in nats. One would bet as much on either.
-    - `hidden`: evidence of something unnamed. A discrepancy may have any form, so that unmodelled
-      causes see it as well as an effect does, but for what they pay for their freedom: what they
-    see little of is rather the effect.
 
-    What looks like an effect and is a discrepancy has no name: its part goes to something unnamed.
+    A discrepancy may have any form, so that unmodelled causes see it as well as an effect does, but
+    for what they pay for their freedom: what they see little of is rather the effect. What looks
+    like an effect and is a discrepancy has no name: its part goes to something unnamed.
     """
     if before <= 0.0:
         return said
@@ -79,12 +80,12 @@ def beside(said: Odds, before: float, hidden: float) -> Odds:
     for name, evidence in said.evidence.items():
         share = max(evidence, 0.0) / before
         shows = evidence - PAID
-        seen = min(max(hidden, 0.0) / shows, 1.0) if shows > 0.0 else 1.0
+        seen = min(max(said.unnamed, 0.0) / shows, 1.0) if shows > 0.0 else 1.0
         law, another = seen * float(of_the_law(share)), float(of_another(share))
         form = np.logaddexp(form, log[name] + float(_log(law / (law + another))))
         log[name] += float(np.log(another / (law + another)))
     log[UNNAMED] = float(np.logaddexp(log[UNNAMED], form))
-    return Odds(log, said.evidence, float(np.exp(form)))
+    return dataclasses.replace(said, log=log, form=float(np.exp(form)))
 
 
 def moderated(said: Odds, left: float) -> Odds:
@@ -116,7 +117,7 @@ def moderated(said: Odds, left: float) -> Odds:
     anew = _log(weight / weight.sum() * named * shrink)
     log = {**said.log, **dict(zip(names, anew.tolist(), strict=True))}
     log[UNNAMED] += float(np.log(mimic * shrink))
-    return Odds(log, said.evidence, said.form * mimic * shrink)
+    return dataclasses.replace(said, log=log, form=said.form * mimic * shrink)
 
 
 def in_another_form(said: Odds, name: str, log_bayes: float) -> Odds:
@@ -133,6 +134,5 @@ def in_another_form(said: Odds, name: str, log_bayes: float) -> Odds:
     more = said.log[name] + np.log(LIKE_IT) + np.log(np.expm1(log_bayes))
     log = {**said.log, UNNAMED: float(np.logaddexp(said.log[UNNAMED], more))}
     total = float(np.logaddexp.reduce(list(log.values())))
-    return Odds(
-        {one: value - total for one, value in log.items()}, said.evidence, said.form / np.exp(total)
-    )
+    log = {one: value - total for one, value in log.items()}
+    return dataclasses.replace(said, log=log, form=float(said.form / np.exp(total)))

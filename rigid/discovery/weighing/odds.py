@@ -36,11 +36,13 @@ class Odds:
       for the one that explains more alone.
     - `evidence`: log of what speaks for each effect, alone or with another, against nothing, as a
       Bayes factor is.
+    - `unnamed`: the same for something unnamed.
     - `form`: the part of something unnamed that what was added would leave, its law being off.
     """
 
     log: Mapping[str, float]
     evidence: Mapping[str, float]
+    unnamed: float
     form: float = 0.0
 
     @cached_property
@@ -59,9 +61,11 @@ def odds(
 ) -> Odds:
     """Put priors and Bayes factors together.
 
-    - `changes`: of the effects' log Bayes factors, once they have been fitted in full.
+    - `changes`: of the log Bayes factors of effects, once they have been fitted in full, and of
+      something unnamed.
     """
     changes = changes or {}
+    hidden = found.unnamed + changes.get(UNNAMED, 0.0)
     singles = {name: log + changes.get(name, 0.0) for name, log in found.effects.items()}
     names = list(singles)
     nothing, each, unnamed = prior_of(len(names))
@@ -77,7 +81,7 @@ def odds(
         inclusion = {n: float(np.logaddexp(logs[n], np.logaddexp.reduce(rows[n]))) for n in names}
         sure = [np.logaddexp.reduce([inclusion[m] for m in found.alike(n)]) for n in both.names]
         shared = _shared(both.names, table, np.array(sure), np.array([logs[n] for n in both.names]))
-    parts = {NOTHING: np.log(nothing), UNNAMED: found.unnamed + np.log(unnamed)}
+    parts = {NOTHING: np.log(nothing), UNNAMED: hidden + np.log(unnamed)}
     parts |= {name: float(np.logaddexp(logs[name], shared[name])) for name in names}
     if names:
         like = np.logaddexp.reduce([parts[name] for name in names]) - np.log(each * len(names))
@@ -87,6 +91,7 @@ def odds(
     return Odds(
         {name: float(part - total) for name, part in parts.items()},
         {name: inclusion[name] - float(np.log(each)) for name in names},
+        hidden,
     )
 
 
