@@ -93,7 +93,7 @@ def test_what_is_absorbed_is_no_longer_weighed(both):
     assert absorbed in turn.bench.bumps.target
     assert absorbed not in after.bench.bumps.target
     # What it left was told by its size alone: the records have nothing more to say of it.
-    left = turn.found.likeliest.bundle
+    left = turn.found.bundle_of(absorbed)
     assert turn.found.unnamed > 100.0
     assert after.found.unnamed < 0.2 * turn.found.unnamed
     assert len(left.columns) == len(turn.bench.bumps.target) - len(after.bench.bumps.target)

@@ -223,7 +223,7 @@ where = compared.compared(outcome, 0)
 made = output.as_dict(spec, outcome, None) | {"disagreements": compared.told(where)}
 run = Context(provenance(spec, 0, ()), (), where)
 write_report(KIND, content(spec, outcome, made, run), Path(sys.argv[2]))
-print(outcome.verdict, found.likeliest.hidden.sort, made["steps"][0]["where"]["equation"])
+print(outcome.verdict, next(iter(found.hidden)).sort, made["steps"][0]["where"]["equation"])
 """
 
 

@@ -54,6 +54,17 @@ def test_what_explains_less_does_not_take_the_place_and_what_was_fitted_is_not_t
 
 
 @pytest.mark.slow
+def test_what_was_given_up_is_tried_again_once_it_was_added_behind_what_it_was_given_up_for(found):
+    turns, steps = added_in_turn(found, STANDS_FOR_IT, HIDDEN)
+    short = dataclasses.replace(steps[1].refits[HIDDEN], log_bayes=-3.0, ahead=STANDS_FOR_IT)
+    known = dataclasses.replace(steps[0], refits=steps[0].refits | {HIDDEN: short})
+    number, refits = ahead_of_an_earlier(turns, [known, steps[1]])
+    assert number == 0
+    assert refits[HIDDEN].log_bayes > refits[STANDS_FOR_IT].log_bayes
+    assert refits[HIDDEN].ahead == ""
+
+
+@pytest.mark.slow
 def test_a_kept_fit_is_read_back_beside_the_effects_that_it_was_made_with_alone(found, tmp_path):
     """A turn that is decided again has other effects in it, and as many."""
     third = "load-cell-drift"

@@ -70,7 +70,8 @@ def test_a_rough_bore_is_found_with_its_length():
     local, programs = fitted(campaign(1, FORCE))
     bench = laid_out(Fitted(local, programs), CHOICE, Shelf())
     explained = weigh(local, bench, 1)
-    target, bundle = explained.likeliest
+    target = next(iter(explained.hidden))
+    bundle = explained.bundle_of(target)
     assert (target.of.kind, target.about.equation) == ("force", "plunger-momentum")
     span = 0.2  # m, at least, of stroke in each record
     assert target.period == pytest.approx(LENGTH, abs=LENGTH**2 / (FINER * span))

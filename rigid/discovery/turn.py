@@ -42,6 +42,8 @@ from rigid.localfit.settled import unsettled
 from rigid.localfit.weights import facts
 
 Report = Callable[[str], None]
+FEW = 6
+"""Causes of unknown law that are weighed by both likelihoods."""
 JITTER = math.log(0.1 / 0.9)
 """Log odds, before any record, that the instants of a logger's samples jitter."""
 
@@ -116,17 +118,27 @@ class Turn:
     @cached_property
     def hidden(self) -> Inferred:
         """What the records say of the likeliest cause of unknown law."""
-        return self.found.inferred(self.fit.local, self.bench.bumps)
-
-    @cached_property
-    def hidden_change(self) -> Float[np.ndarray, " n"]:
-        """What it changes in the readings, to first order, once the fit has given way."""
-        return self.fit.local.given_way(self.hidden.own.columns @ self.hidden.mean)
+        likeliest = next(iter(self.found.hidden))
+        return self.found.inferred(likeliest, self.fit.local, self.bench.bumps)
 
     @cached_property
     def hidden_pooled(self) -> float:
-        """What pooling likelihoods changes in the evidence for it, as in a refit."""
-        return pooled_by(self.fit.local, self.hidden_change)
+        """What pooling likelihoods changes in the evidence for something unnamed, as in a refit.
+
+        Of the few that are the likeliest, the one that has most then stands for all.
+        """
+        found, local = self.found, self.fit.local
+        few = list(found.hidden.items())[:FEW]
+        each = (found.inferred(hidden, local, self.bench.bumps) for hidden, _ in few)
+        after = [
+            log + pooled_by(local, self.changed_by(one))
+            for (_, log), one in zip(few, each, strict=True)
+        ]
+        return max(after) - few[0][1]
+
+    def changed_by(self, hidden: Inferred) -> Float[np.ndarray, " n"]:
+        """What a cause changes in the readings, to first order, once the fit has given way."""
+        return self.fit.local.given_way(hidden.own.columns @ hidden.mean)
 
     @cached_property
     def near(self) -> "Turn | None":
@@ -188,7 +200,7 @@ class Turn:
     def _with(self, found: Explained, hidden: Inferred, w: np.ndarray) -> Absorption:
         """Absorb a cause, from a place `w` (size,) on; `found`: where it was weighed."""
         local = self.fit.local
-        sd = found.likeliest.bundle.sizes(found.screening.slope)
+        sd = found.bundle_of(hidden.hidden).sizes(found.screening.slope)
         hypothesis, about = local.hypothesis, hidden.hidden.about
         # Two of one name may come in, over other things or in other records.
         name = f"{about.name} over {about.over.name} ({len(hypothesis.absorbed) + 1})"

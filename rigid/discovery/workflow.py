@@ -7,7 +7,7 @@ import numpy as np
 
 from rigid.discovery.form import OtherForm
 from rigid.discovery.outcome import Judged, Outcome, Step, forms_of
-from rigid.discovery.refit import Refit, lead_of
+from rigid.discovery.refit import NO_LEAD, Refit, lead_of
 from rigid.discovery.rivals import fitted_in_full, turn_odds
 from rigid.discovery.turn import Absorption, Running, Turn, first_turn
 from rigid.discovery.weighing.discrepancy import borne, in_another_form, moderated
@@ -96,18 +96,22 @@ def ahead_of_an_earlier(
     """Try what was added last in the place of each effect before it.
 
     Signatures are of small amplitudes: at an early turn an effect may promise little and be passed
-    over for one that is not needed once both are in. Returns the number of the first turn at which
-    the fit with the last effect has more evidence than the one with what was added there, and that
-    turn's refits, that one among them; none where there is no such turn.
+    over, or given up, for one that is not needed once both are in. Returns the number of the first
+    turn at which the fit with the last effect has more evidence than the one with what was added
+    there, and that turn's refits, that one among them; none where there is no such turn.
     """
     name, last = steps[-1].chosen, steps[-1]
     if name is None:
         return 0, {}
     for number, (turn, step) in enumerate(zip(turns[:-1], steps[:-1], strict=True)):
-        if step.chosen is None or name in step.refits or name not in turn.found.effects:
+        if step.chosen is None or name not in turn.found.effects:
             continue
-        rival = step.refits[step.chosen]
-        more = turn.refits([name], lead_of(step.chosen, rival), twin=last.refits[name])
+        rival, tried = step.refits[step.chosen], step.refits.get(name)
+        if tried is not None and not tried.ahead:
+            continue
+        # One that was given up is not given up again: so it is tried again once.
+        lead = lead_of(step.chosen, rival) if tried is None else NO_LEAD
+        more = turn.refits([name], lead, twin=last.refits[name])
         if more[name].log_bayes > rival.log_bayes and not more[name].unsettled:
             return number, step.refits | more
     return 0, {}
@@ -193,7 +197,8 @@ def _judged(one: Refit | Absorption, only: str | None = None) -> Judged:
 
 def _unnamed(turn: Turn, said: Odds, refits: dict[str, Refit]) -> Step:
     """A turn at which no effect is added."""
-    local, hidden, change = turn.fit.local, turn.hidden, turn.hidden_change
+    local, hidden = turn.fit.local, turn.hidden
+    change = turn.changed_by(hidden)
     gain = local.gain_of(change)
     there, equation = where_shown(local, gain, change), hidden.hidden.about.equation
     return Step(

@@ -118,9 +118,9 @@ def campaign(population: str, seed: int, folder: Path) -> Path:
     }  # fmt: skip
     spec = HEAD.format(population=population, seed=seed)
     for run in runs:
-        spec += "\n" + _written(
-            made, run, motion(rig, run, cause, made.tolerance), sensors, folder, rng
-        )
+        acting = tuple(one for one in cause if one.acts_in(run, runs))
+        moved = motion(rig, run, acting, made.tolerance)
+        spec += "\n" + _written(made, run, moved, sensors, folder, rng)
     (folder / "spec.toml").write_text(spec, "utf-8")
     truth = {
         "simulated": True, "population": population, "seed": seed, "rig": asdict(rig),

@@ -124,13 +124,21 @@ class Ripple(Cause):
 
 @dataclass(frozen=True)
 class ValveRamp(Cause):
-    """The valve closes by a share over a ramp, stays, and opens again."""
+    """The valve closes by a share over a ramp, stays, and opens again, in one run.
+
+    - place: which of the runs that are fed then, from 0 for the first to 1
+    """
 
     start: float
     end: float
     share: float
+    place: float
     ramp: float = 0.3
     nearest = "valve-event"
+
+    def acts_in(self, run, runs):
+        fed = [one for one in runs if one.strap is None and one.valve[0][0] > self.start]
+        return run is fed[int(self.place * len(fed))]
 
     def pump(self, litres, now):
         x = min(now.t - self.start, self.end - now.t) / self.ramp

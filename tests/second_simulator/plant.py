@@ -5,6 +5,7 @@ p = k_oil (ln(1 + m / (rho_0 V_0)) - ln(1 + x / L_0)), with m the mass beyond th
 Signs: positive toward the ice.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import exp, log1p, tanh
@@ -83,6 +84,10 @@ class Cause:
 
     states = 0
     nearest: str | None = None  # name in the catalogue of what it is a form of
+
+    def acts_in(self, run: "Run", runs: "Sequence[Run]") -> bool:
+        """Whether it acts in a run of a campaign."""
+        return True
 
     def act(self, now: Now, own) -> Push:
         return Push()

@@ -67,7 +67,8 @@ def _about(rng: np.random.Generator, value: float) -> float:
 
 def _ramp(rng: np.random.Generator) -> Cause:
     start = float(rng.uniform(1.0, 4.0))
-    return c.ValveRamp(start, start + float(rng.uniform(1.5, 3.0)), _about(rng, 0.08))
+    end = start + float(rng.uniform(1.5, 3.0))
+    return c.ValveRamp(start, end, _about(rng, 0.08), float(rng.random()))
 
 
 def _drift(rng: np.random.Generator) -> Cause:

@@ -75,17 +75,22 @@ class Explained:
         """Log Bayes factor of something hidden, averaged over all that was tried."""
         return float(np.asarray(logsumexp(self.bundle + shares(self.bundles))))
 
-    @property
-    def likeliest(self) -> Bundled:
-        """The hidden thing that is the most probable."""
-        return self.bundles[int(np.argmax(self.bundle + shares(self.bundles)))]
+    @cached_property
+    def hidden(self) -> dict[AbstractHidden, float]:
+        """Log of what speaks for each hidden thing, the likeliest first."""
+        logs = self.bundle + shares(self.bundles)
+        return {self.bundles[i].hidden: float(logs[i]) for i in np.argsort(-logs)}
 
-    def inferred(self, local: LocalFit, everything: Bumps) -> Inferred:
-        """What the records say of the likeliest hidden thing.
+    def bundle_of(self, hidden: AbstractHidden) -> Bundle:
+        """Signatures of a hidden thing."""
+        return next(bundle for one, bundle in self.bundles if one == hidden)
+
+    def inferred(self, hidden: AbstractHidden, local: LocalFit, everything: Bumps) -> Inferred:
+        """What the records say of a hidden thing.
 
         - `local`: the fit. - `everything`: signatures of all that is hidden.
         """
-        hidden, bundle = self.likeliest
+        bundle = self.bundle_of(hidden)
         own = everything.of(bundle.columns - len(self.listed))
         return Inferred(hidden, *bundle.amplitudes(self.screening.slope), own, local, everything)
 
