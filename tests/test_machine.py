@@ -153,6 +153,28 @@ def test_runs_are_fitted_from_their_beginnings_on(tmp_path):
     assert quiet == pytest.approx(900.0 * loud)
 
 
+def test_of_a_run_that_is_fitted_from_its_beginning_the_rest_is_not_marched(tmp_path):
+    """What is asked for comes out as it does of the whole, its derivatives too; then all stands."""
+    simulated.swing(tmp_path / "swing.csv")
+    problem = rigid.load(written("swing", tmp_path)).problem
+    values = problem.parameters.values(jnp.zeros((1, problem.parameters.size)))
+    (group,) = problem.groups
+    asked = int(np.ceil(group.samples / 8))
+    begun_at = next(label for label in values if label.startswith("x_start"))
+
+    def position(group, more):
+        moved = values | {begun_at: 0.02 + values[begun_at] + more}
+        return group.predict(moved)["position"][:, 0, 0]
+
+    one, zero = jnp.asarray(1.0), jnp.asarray(0.0)
+    whole = jax.jvp(lambda more: position(group, more), (zero,), (one,))
+    begun = jax.jvp(lambda more: position(group.beginning(1 / 8), more), (zero,), (one,))
+    for full, short in zip(whole, begun, strict=True):
+        np.testing.assert_allclose(short[:asked], full[:asked], rtol=1e-12, atol=1e-15)
+        assert np.ptp(np.asarray(short[asked:])) == 0.0
+        assert np.ptp(np.asarray(full[asked:])) > 0.0
+
+
 @pytest.mark.slow
 def test_a_struck_rig_on_a_rope_is_found_from_the_prior(tmp_path):
     """Its load cell rings through many periods; from the whole record no start gets there."""

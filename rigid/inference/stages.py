@@ -1,5 +1,7 @@
 """Easier problems that lead to the one that is asked: louder noise, beginnings of records."""
 
+import dataclasses
+
 import numpy as np
 
 from rigid.likelihood.problem import Problem
@@ -34,4 +36,5 @@ def _easier(problem: Problem, times: float, share: float) -> Problem:
             if tracks[number].of.solver == "machine":
                 weight[int(np.ceil(share * int(tracks[number].samples))) :, column] = 0.0
         weights[piece.group, piece.quantity] = weight
-    return problem.with_weights(weights)
+    groups = tuple(group.beginning(share) for group in problem.groups)
+    return dataclasses.replace(problem, groups=groups).with_weights(weights)

@@ -76,6 +76,13 @@ class AbstractGroup(eqx.Module):
         """Return the group in as long steps as bear what a small change does; itself by default."""
         return self
 
+    def beginning(self, share: float) -> "AbstractGroup":  # noqa: ARG002
+        """Return the group of which a share of each record, from its beginning, is simulated.
+
+        Itself where records are simulated whole.
+        """
+        return self
+
     def own(self, found: dict[str, Array]) -> dict[str, Array]:
         """Return readings on the grid for the group's own samples and tracks."""
         return {q: s[: self.samples, : len(self.tracks)] for q, s in found.items()}

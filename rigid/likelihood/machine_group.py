@@ -91,6 +91,11 @@ class MachineGroup(AbstractGroup):
         )
         return MachineGrid(self.drives, picked, self.tolerance)
 
+    def beginning(self, share: float) -> "MachineGroup":
+        """Return the group of which only a share of each run, from its beginning, is marched."""
+        asked = jnp.asarray(int(np.ceil(share * self.samples)))
+        return eqx.tree_at(lambda group: group.drives.asked, self, asked)
+
     def inputs(self, values: Mapping[str, Array]) -> tuple[Machine, Array, Array]:
         """Return the machine, where runs start (n, runs, walkers), and what the valves pass.
 
@@ -170,6 +175,7 @@ def machine_group(
         begin=jnp.asarray(begin),
         end=jnp.asarray(end),
         interval=tracks[0].interval,
+        asked=jnp.asarray(size),
     )
     return MachineGroup(tuple(tracks), effects, tolerance, layout, drives)
 

@@ -30,7 +30,8 @@ class Drives(eqx.Module):
     - `first`, `last` (samples - 1, steps, levels, runs, joints) [-]: what the valve passes of each
       flow fraction where a step begins and where it ends, a straight line between.
     - `begin`, `end`: the same of forces (samples - 1, steps, runs, joints) [N].
-    - `interval` [s]: between samples.
+    - `interval` [s]: between samples. - `asked`: samples from the beginning on that are asked for;
+      from then on everything stands still. None: all.
     """
 
     first: Array
@@ -38,6 +39,7 @@ class Drives(eqx.Module):
     begin: Array
     end: Array
     interval: float = eqx.field(static=True)
+    asked: Array | None = None
 
     @property
     def steps(self) -> int:
@@ -85,9 +87,13 @@ def march(machine: Machine, start: Array, fractions: Array, drives: Drives) -> R
     def sample(state: Array, given: tuple) -> tuple[Array, Reading]:
         first, _, begin, _, time = given
         read = machine.read(state, drive(first[0], begin[0], time[0]))
-        return jax.lax.scan(one, state, given)[0], read
+        return jax.lax.cond(time[0] < until, on, lambda state, _: state, state, given), read
+
+    def on(state: Array, given: tuple) -> Array:
+        return jax.lax.scan(one, state, given)[0]
 
     count, steps = drives.first.shape[:2]
+    until = drives.interval * (jnp.inf if drives.asked is None else drives.asked - 0.5)
     times = drives.length * jnp.arange(count * steps).reshape(count, steps)
     given = drives.first, drives.last, drives.begin, drives.end, times
     state, series = jax.lax.scan(sample, start, given)
