@@ -145,7 +145,9 @@ def test_a_magnet_beside_a_spring_is_seen_where_it_is(tmp_path):
     found = machine("swing", tmp_path, seed=2, extra=magnet).discover()
     assert found.outcome.verdict == "unnamed"
     first = found.outcome.steps[0]
-    hidden = first.explained.inferred(found.outcome.base, found.outcome.bench.bumps).shown
+    likeliest = next(iter(first.explained.hidden))
+    outcome = found.outcome
+    hidden = first.explained.inferred(likeliest, outcome.base, outcome.bench.bumps).shown
     assert (hidden.name, hidden.variable) == ("hidden force at spring", "stroke")
     assert hidden.formula is None
     assert hidden.place[np.argmax(hidden.mean)] == pytest.approx(0.02, abs=0.006)

@@ -70,7 +70,7 @@ def found(hidden: Bumps, change: np.ndarray):
     none = np.zeros(0)
     explained = Explained((), screening, none, bundles, logs, 0.001)
     base = bare(LocalFit, layout=bare(Layout, channels=CHANNELS))
-    return explained.inferred(base, hidden).shown
+    return explained.inferred(next(iter(explained.hidden)), base, hidden).shown
 
 
 def test_a_gauge_that_reads_the_flow_is_said_to_answer_to_the_rate_of_the_stroke():
