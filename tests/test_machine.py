@@ -96,7 +96,7 @@ def test_the_papers_rig_is_one_joint():
     here = tuple(placed(e, "A", shared).build(wide) for e in effects)
     joint = Joint((1.0, 0.0), (0.0, 1.0), wide["S_Pl"], wide["L_0"], here)
     masses = wide["M_HC"] - wide["M_Pl"], wide["M_Pl"] + 0.5 * wide["M_Fl"]
-    machine = Machine(masses, (joint,), jnp.asarray(2e-5), (False, False))
+    machine = Machine(masses, (joint,), (False, False))
     count, steps, opened = 127, 8, 63
     passed = np.zeros((count, steps, 2, 1, 1))
     passed[:opened, :, 1] = 1.0
@@ -192,7 +192,7 @@ def test_derivatives_of_a_march_are_those_of_differences():
     def read(stiffness):
         effect = placed(CATALOGUE["joint-spring"], "s").build({"k_spring[s]": stiffness[None]})
         joint = Joint((0.0,), (1.0,), None, None, (effect,))
-        machine = Machine((jnp.asarray(1.2),), (joint,), 2e-5, (False,))
+        machine = Machine((jnp.asarray(1.2),), (joint,), (False,))
         open_, none = jnp.zeros((50, 1, 1, 1, 1)), jnp.zeros((50, 1, 1, 1))
         drives = Drives(first=open_, last=open_, begin=none, end=none, interval=0.01)
         start = jnp.asarray([0.03, 0.0]).reshape(2, 1, 1)
