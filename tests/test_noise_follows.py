@@ -38,7 +38,7 @@ def noise(memory: float, seed: int) -> np.ndarray:
 
 
 def test_of_white_noise_both_likelihoods_say_the_same():
-    """A ripple of a strength of 10: 50 nats, give or take 10 for the noise."""
+    """A ripple of a strength of 10: 50 nats with a standard deviation of 10."""
     left = noise(0.0, 3)
     ripple = np.sin(0.3 * PLACE)
     ripple *= 10.0 * SIGMA / np.linalg.norm(ripple)
@@ -62,7 +62,7 @@ def test_what_takes_the_slow_part_of_correlated_residuals_explains_little():
     assert gain > 600.0
     assert followed < 0.1 * gain
     assert pooled(before, after) < -0.4 * gain
-    assert pooled_by(before, slow) == pytest.approx(pooled(before, after))
+    assert pooled_by(before, [slow]) == pytest.approx([pooled(before, after)])
 
 
 def test_what_leaves_white_noise_of_correlated_residuals_explains_more():

@@ -186,7 +186,7 @@ def picked_up(fit: Fitted, effect: type[AbstractEffect]) -> Line | None:
     return Line(
         float(frequencies[best]),
         tuple(angles),
-        # Channels that read as much as they like have more than the share of a refit.
+        # Each channel has an amplitude of its own here: what that explains more, no refit does.
         min(total(each) - float(log_bayes(slope, information, amplitudes(prior, absent))), 0.0),
         tuple(chances()),
         tuple((effect.ratios[q], ratio) for q, ratio in ratios.items() if q != REFERENCE),

@@ -129,12 +129,9 @@ class Turn:
         """
         found, local = self.found, self.fit.local
         few = list(found.hidden.items())[:FEW]
-        each = (found.inferred(hidden, local, self.bench.bumps) for hidden, _ in few)
-        after = [
-            log + pooled_by(local, self.changed_by(one))
-            for (_, log), one in zip(few, each, strict=True)
-        ]
-        return max(after) - few[0][1]
+        each = [found.inferred(hidden, local, self.bench.bumps) for hidden, _ in few]
+        more = pooled_by(local, [self.changed_by(one) for one in each])
+        return max(log + one for (_, log), one in zip(few, more, strict=True)) - few[0][1]
 
     def changed_by(self, hidden: Inferred) -> Float[np.ndarray, " n"]:
         """What a cause changes in the readings, to first order, once the fit has given way."""

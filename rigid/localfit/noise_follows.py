@@ -7,6 +7,8 @@ explains a lot, and one step ahead nothing. The likelihood here, of Whittle, tak
 fit for what its own residuals show, averaged over laws at a price for every number.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Float
 
@@ -50,10 +52,13 @@ def pooled(before: LocalFit, after: LocalFit) -> float:
     return _change(gain, log_likelihood(after) - log_likelihood(before))
 
 
-def pooled_by(local: LocalFit, change: Float[np.ndarray, " n"]) -> float:
-    """The same for something that adds `change` (n,) to the expected readings."""
-    followed = log_likelihood(local, local.residual - change) - log_likelihood(local)
-    return _change(float(local.gain_of(change).sum()), followed)
+def pooled_by(local: LocalFit, changes: Sequence[Float[np.ndarray, " n"]]) -> list[float]:
+    """The same for each of some things that add a change (n,) to the expected readings."""
+    here = log_likelihood(local)
+    return [
+        _change(float(local.gain_of(one).sum()), log_likelihood(local, local.residual - one) - here)
+        for one in changes
+    ]
 
 
 def _change(gain: float, followed: float) -> float:
