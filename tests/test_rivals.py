@@ -6,10 +6,13 @@ import pytest
 from test_screening import CHOICE, campaign, found_in
 
 from rigid.discovery.fitted import Fitted
+from rigid.discovery.refit import NO_LEAD, lead_of
+from rigid.discovery.rivals import fitted_in_full
 from rigid.discovery.signatures import laid_out
 from rigid.discovery.turn import Running, Turn
 from rigid.discovery.workflow import ahead_of_an_earlier
 from rigid.io.cache import NOTHING_KEPT, Shelf
+from rigid.report.discovery.lead import other_laws
 
 HIDDEN, STANDS_FOR_IT = "hose-pressure-drop", "clock-offset"
 
@@ -62,6 +65,24 @@ def test_what_was_given_up_is_tried_again_once_it_was_added_behind_what_it_was_g
     assert number == 0
     assert refits[HIDDEN].log_bayes > refits[STANDS_FOR_IT].log_bayes
     assert refits[HIDDEN].ahead == ""
+
+
+@pytest.mark.slow
+def test_what_explains_most_as_another_law_only_is_no_rival(found):
+    """It counts for nothing, gives no lead, and the page says so."""
+    fit = Fitted(found.base, found.programs)
+    turn = Turn(fit, laid_out(fit, CHOICE, NOTHING_KEPT), Running(0))
+    said, refits = fitted_in_full(turn, {})
+    assert said.probability[HIDDEN] > 0.8
+    far = dataclasses.replace(refits[HIDDEN])
+    vars(far)["another"] = "q_fittings is 6.0 prior sds above its prior"
+    said, refits = fitted_in_full(turn, refits | {HIDDEN: far})
+    assert said.probability[HIDDEN] < 0.01
+    assert lead_of(HIDDEN, far) == NO_LEAD
+    step = dataclasses.replace(found.steps[0], said=said, refits=refits, chosen=None)
+    (told,) = other_laws(step)
+    assert HIDDEN in told
+    assert "6.0 prior sds" in told
 
 
 @pytest.mark.slow

@@ -11,6 +11,7 @@ from rigid.discovery.outcome import Judged
 from rigid.discovery.refit import Refit, lead_of
 from rigid.discovery.weighing.discrepancy import borne
 from rigid.discovery.workflow import WIDENED, refusal
+from rigid.effects import CATALOGUE
 from rigid.inference.search import search
 from rigid.inference.settled import AWAY, CHANCE, away_from_top, settled
 from rigid.localfit.ascent import given_up, refined
@@ -20,7 +21,7 @@ from rigid.localfit.families import holding
 from rigid.localfit.hypothesis import widened
 from rigid.localfit.leave_one_out import HeldOut
 from rigid.localfit.local import LocalFit
-from rigid.localfit.settled import below, labels_of, nearer_priors, state_of, unsettled
+from rigid.localfit.settled import another_law, below, labels_of, nearer_priors, state_of, unsettled
 from rigid.report.usability import optimum
 
 
@@ -159,6 +160,23 @@ def test_where_an_effects_own_amplitude_ends_is_left_to_who_weighs_it(clean):
     far = expanded(family, Point(local.hypothesis.plus(effect), local.layout, more, local.z_noise))
     assert state_of(far).far == ()
     assert not state_of(far).flat  # the prior alone leads back
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("sds", "said"), [(6.0, ("q_fittings",)), (-6.0, ()), (3.0, ())])
+def test_a_law_whose_width_is_far_above_its_prior_is_another_however_much_it_explains(
+    clean, sds, said
+):
+    local, programs = clean
+    effect = CATALOGUE["hose-pressure-drop"]
+    hypothesis = local.hypothesis.plus(effect)
+    own = [sds if p.label == "q_fittings" else 0.0 for p in hypothesis.brought_by(effect)]
+    w = widened(local.hypothesis, local.w, own)
+    at = Point(hypothesis, local.layout, w, local.z_noise)
+    there = expanded(holding(programs, (effect,)), at)
+    assert tuple(label for label, _ in another_law(there)) == said
+    assert tuple(label for label, _ in state_of(there, borne=1e9).far) == said
+    assert another_law(local) == ()
 
 
 def test_the_limit_is_passed_by_chance_as_rarely_as_it_says():

@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Iterator, Mapping
+from functools import cached_property
 from types import MappingProxyType
 from typing import NamedTuple
 from zlib import crc32
@@ -11,6 +12,7 @@ import numpy as np
 from rigid.discovery.fitted import Fitted
 from rigid.discovery.weighing.discrepancy import borne
 from rigid.discovery.weighing.explain import Explained
+from rigid.inference.settled import stands
 from rigid.io.cache import NOTHING_KEPT, Shelf
 from rigid.localfit.ascent import given_up, refined
 from rigid.localfit.candidates import Candidate, standard_of
@@ -21,7 +23,7 @@ from rigid.localfit.hypothesis import Hypothesis, widened
 from rigid.localfit.local import LocalFit
 from rigid.localfit.noise_follows import pooled
 from rigid.localfit.samples import Layout, Terms
-from rigid.localfit.settled import below, labels_of, nearer_priors, state_of, unsettled
+from rigid.localfit.settled import another_law, below, labels_of, nearer_priors, state_of, unsettled
 
 MOST = 4
 """Effects that are fitted in full, at most."""
@@ -64,6 +66,12 @@ class Refit:
         """Why the fit with the effect cannot be believed, in a sentence; empty where it can."""
         return unsettled(self.after, self.before, borne(self.log_bayes + self.earlier))
 
+    @cached_property
+    def another(self) -> str:
+        """Which numbers of the effect make another law of it, in words; mostly empty."""
+        numbers = another_law(self.after) if self.after.finite else ()
+        return ", ".join(stands(*one) for one in numbers)
+
 
 class Begun(NamedTuple):
     """The first turns of a fit with an effect.
@@ -96,8 +104,10 @@ def lead_of(name: str, one: Refit) -> Lead:
     """The lead that a fit with the effect `name` has.
 
     What pooling takes from its evidence is no ground to give others up for; what it adds it may
-    add to others as well.
+    add to others as well. What its numbers make another law of is none of the effect.
     """
+    if one.another:
+        return NO_LEAD
     return Lead(name, _height(one.after) + min(one.pooled, 0.0))
 
 

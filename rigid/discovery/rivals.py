@@ -31,12 +31,15 @@ def fitted_in_full(turn: Turn, known: Mapping[str, Refit]) -> tuple[Odds, dict[s
     both, refits = pairs(found), dict(known)
 
     def fitted() -> dict[str, float]:
-        return {name: one.log_bayes for name, one in refits.items()}
+        return {name: one.log_bayes for name, one in refits.items() if not one.another}
+
+    def no_effects() -> dict[str, float]:
+        # What is no law of the effect speaks for it as little as for any other.
+        return {n: -max(found.effects[n], 0.0) for n, one in refits.items() if one.another}
 
     def said() -> Odds:
-        # Once fits are weighed by two likelihoods, so is what has no name.
-        hidden = {UNNAMED: turn.hidden_pooled} if refits else {}
-        return turn_odds(turn, changed(found, fitted()) | hidden, both)
+        hidden = {UNNAMED: turn.hidden_pooled}  # fits are weighed by two likelihoods, so is this
+        return turn_odds(turn, changed(found, fitted()) | no_effects() | hidden, both)
 
     if not known:
         names = _unlike(found, (), worth_refitting(said().evidence, found.effects))[:MOST]
@@ -52,6 +55,8 @@ def fitted_in_full(turn: Turn, known: Mapping[str, Refit]) -> tuple[Odds, dict[s
             break
         if first not in refits:
             refits |= turn.refits([first], _best(refits))
+        elif refits[first].another:
+            break
         elif more := unsure_twins(found, fitted(), first):
             refits |= turn.refits(more, _best(refits), twin=refits[first])
         else:

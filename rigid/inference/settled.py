@@ -63,7 +63,7 @@ class Settled:
         """What is driven by the discrepancy of a law, in a sentence; mostly empty."""
         if not self.driven:
             return ""
-        numbers = ", ".join(_stands(label, sds) for label, sds in self.driven)
+        numbers = ", ".join(stands(label, sds) for label, sds in self.driven)
         return f"{numbers}: a law that is not exact drives this, so do not quote it"
 
     @property
@@ -74,7 +74,7 @@ class Settled:
             label, sds = self.far[0]
             others = f", and {len(self.far) - 1} more are too far" if len(self.far) > 1 else ""
             said.append(
-                f"{_stands(label, sds)} (limit {self.limit:.1f}){others}: something else is wrong"
+                f"{stands(label, sds)} (limit {self.limit:.1f}){others}: something else is wrong"
             )
         if not self.flat:
             said.append(
@@ -83,7 +83,8 @@ class Settled:
         return "; ".join(said)
 
 
-def _stands(label: str, sds: float) -> str:
+def stands(label: str, sds: float) -> str:
+    """Where a number stands beside its prior, in words."""
     return f"{label} is {abs(sds):.1f} prior sds {'above' if sds > 0 else 'below'} its prior"
 
 

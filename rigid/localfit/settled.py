@@ -3,7 +3,8 @@
 Three things are asked. The gradient vanishes, in posterior sds. No number of the model is where its
 prior says that no rig is (`rigid.inference.settled`). And a model that holds another one is not
 below it: with an effect near its absence a refit reproduces the fit without the effect, so that one
-which ends lower has not found its optimum.
+which ends lower has not found its optimum. The numbers of an added effect may go where it is
+absent, not where it is another law.
 """
 
 import numpy as np
@@ -44,17 +45,45 @@ def state_of(local: LocalFit, borne: float = 0.0) -> Settled:
       added: what a law leaves shows in the residuals, or in the numbers that take it up.
 
     What an added effect's own numbers are far from is its absence, and is left to who weighs it:
-    they count for the gradient alone; so do those of what was absorbed.
+    they count for the gradient alone, but for those that make another law of it (`another_law`);
+    so do those of what was absorbed.
     """
-    hypothesis, away = local.hypothesis, away_from_top(local.gradient, local.information)
-    whole = settled(labels_of(hypothesis), local.w, away)
-    base, added = len(hypothesis.parameters), _added_size(hypothesis)
-    own = set(hypothesis.labels[base - added : base])
-    own.update(label for one in hypothesis.absorbed for label in one.labels)
+    whole, other = _whole(local), another_law(local)
+    own = _own_labels(local.hypothesis)
     far = tuple((label, sds) for label, sds in whole.far if label not in own)
     if far and 0.5 * sum(sds**2 for _, sds in far) <= borne:
-        return Settled(whole.away, (), whole.limit, driven=far)
-    return Settled(whole.away, far, whole.limit)
+        return Settled(whole.away, other, whole.limit, driven=far)
+    return Settled(whole.away, (*other, *far), whole.limit)
+
+
+def another_law(local: LocalFit) -> tuple[tuple[str, float], ...]:
+    """Numbers of what was added that make another law of it, and by how many prior sds.
+
+    Its widths, bendings and times may vanish: what is left is the limit of the law, a step, dry
+    friction. Far above their priors they leave no law of the kind: a bristle that bends by four
+    centimetres before it slides is a spring.
+    """
+    widths = {
+        label
+        for effect in local.hypothesis.added
+        for info in effect.parameters()
+        if info.absent is None
+        for label in info.labels
+    }
+    return tuple((label, sds) for label, sds in _whole(local).far if label in widths and sds > 0.0)
+
+
+def _whole(local: LocalFit) -> Settled:
+    """Where a refit ended, every number counted alike."""
+    away = away_from_top(local.gradient, local.information)
+    return settled(labels_of(local.hypothesis), local.w, away)
+
+
+def _own_labels(hypothesis: Hypothesis) -> set[str]:
+    """Labels of the numbers of what was added and of what was absorbed."""
+    base, added = len(hypothesis.parameters), _added_size(hypothesis)
+    absorbed = (label for one in hypothesis.absorbed for label in one.labels)
+    return {*hypothesis.labels[base - added : base], *absorbed}
 
 
 def _added_size(hypothesis: Hypothesis) -> int:

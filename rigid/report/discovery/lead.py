@@ -118,6 +118,18 @@ def refused(step: Step) -> str:
     )
 
 
+def other_laws(step: Step) -> tuple[str, ...]:
+    """Of effects that explain more than what came in, but with numbers of another law: which."""
+    least = step.said.unnamed
+    if step.chosen is not None:
+        least = step.refits[step.chosen].log_bayes
+    return tuple(
+        f"{name} explains more, but as another law only, and is not counted: {one.another}."
+        for name, one in step.refits.items()
+        if one.another and one.log_bayes > least
+    )
+
+
 def form(step: Step) -> str:
     """That what is left may be how far the law of what was added is off; empty where it is not."""
     if step.said.form < LIKELY:

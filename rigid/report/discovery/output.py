@@ -165,6 +165,8 @@ def _why(found: Explained, name: str, step: Step | None) -> str:
     best = step.chosen or "something hidden"
     if name in step.refits and (ahead := step.refits[name].ahead):
         return f"explains far less than {ahead}: its fit was given up before its optimum"
+    if name in step.refits and (another := step.refits[name].another):
+        return f"explains what it does as another law only: {another}"
     logs = step.refits[name].log_bayes if name in step.refits else found.effects[name]
     return f"explains less than {best}: log Bayes factor {logs:.1f} against its absence"
 

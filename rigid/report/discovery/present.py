@@ -23,6 +23,7 @@ from rigid.report.discovery.lead import (
     form,
     lead,
     moves,
+    other_laws,
     refused,
     ruling,
     share,
@@ -156,6 +157,7 @@ def _step(number: int, step: Step, told: dict[str, Any]) -> StepContent:
     sentences = [
         *([f"{worded}."] if worded != name else []),
         *([refused(step)] if step.refused else []),
+        *other_laws(step),
         _shows(told["where"]),
         f"{chance(step)} All that was tried is counted.",
         *filter(None, [form(step)]),
@@ -239,8 +241,10 @@ def _odds(step: Step) -> tuple[tuple[str, float, float, str], ...]:
 def _told_by(step: Step, name: str) -> str:
     if name not in step.refits:
         return "screening"
-    ahead = step.refits[name].ahead
-    return f"fit given up, far below {ahead}" if ahead else "full fit"
+    one = step.refits[name]
+    if one.another:
+        return f"full fit, as another law: {one.another}"
+    return f"fit given up, far below {one.ahead}" if one.ahead else "full fit"
 
 
 def _gaps(told: dict[str, float] | None) -> tuple[tuple[str, str, str], ...]:
