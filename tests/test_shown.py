@@ -336,3 +336,9 @@ def test_an_effect_that_fails_a_check_is_told_with_its_reason_and_not_named():
     [what] = dict(lead(outcome, None))["What is it?"]
     assert "(probability 0.70) but is not named: the gap grows with it" in what
     assert "Missing:" not in ruling(outcome)
+
+
+@pytest.mark.parametrize(("nothing", "says"), [(0.6, "Nothing is missing"), (0.3, "do not decide")])
+def test_it_is_not_said_that_nothing_is_missing_where_that_is_less_likely_than_not(nothing, says):
+    outcome = bare(Outcome, steps=(), last_probability={"nothing": nothing, "unnamed": 1 - nothing})
+    assert says in ruling(outcome)

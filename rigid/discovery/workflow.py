@@ -14,6 +14,7 @@ from rigid.discovery.weighing.discrepancy import borne, in_another_form, moderat
 from rigid.discovery.weighing.explain import UNNAMED, Explained
 from rigid.discovery.weighing.odds import Odds
 from rigid.discovery.weighing.verdict import SURE_NAME, verdict_of
+from rigid.inference.summary import FALSE_ALARMS
 from rigid.likelihood.priors import AbstractPrior
 from rigid.likelihood.problem import Problem
 from rigid.localfit.families import Effects
@@ -24,9 +25,8 @@ from rigid.localfit.settled import below, state_of
 from rigid.localfit.where import where_shown
 
 LIKELIER = 0.5
-"""Something is missing where the probability of nothing is below this, and ..."""
-SIGNIFICANT = 0.01
-"""... where as much is found in fewer than this share of campaigns in which nothing is."""
+"""Something is missing where the probability of nothing is below this, and where as much is found
+in fewer than FALSE_ALARMS of campaigns in which nothing is."""
 LIKELY = 0.02
 """Least probability of an effect that is told as an alternative."""
 MOST_STEPS = 3
@@ -151,7 +151,7 @@ def most_left(said: Odds) -> float:
 
 
 def _missing(found: Explained, said: Odds) -> bool:
-    return said.nothing < LIKELIER and found.p_value < SIGNIFICANT
+    return said.nothing < LIKELIER and found.p_value < FALSE_ALARMS
 
 
 def _step(turn: Turn, said: Odds, refits: dict[str, Refit]) -> Step:

@@ -16,6 +16,10 @@ COLUMNS = (
     "name", "unit", "mean", "sd", "median", "q05", "q95", "ess_bulk", "ess_tail", "r_hat",
     "published",
 )  # fmt: skip
+FALSE_ALARMS = 0.003
+"""Share of complete models of whose campaigns it may be said that something is missing. A user who
+asks of a hundred campaigns is misled in one of four; at 0.01, in which 5 of 399 campaigns of the
+benchmark had an alarm where one has at this, in two of three."""
 
 
 @dataclass(frozen=True)

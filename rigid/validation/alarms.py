@@ -6,13 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from rigid.inference.summary import Check
+from rigid.inference.summary import FALSE_ALARMS, Check
 from rigid.validation.coverage import CONFIDENCE, clopper_pearson
 
 NOTHING = "nothing-missing"
-STATED = 0.01
-"""Rate of false alarms that discovery is made for: fewer than 1 % of 1,000 campaigns simulated from
-the fitted model may give as much before it says that something is missing."""
 
 
 @dataclass(frozen=True)
@@ -52,13 +49,13 @@ class Alarms:
         """Whether the rate can be the one that discovery is made for."""
         if not self.campaigns:
             return Check("alarms", False, f"{self.says}; look at the rows")
-        if self.low <= STATED:
+        if self.low <= FALSE_ALARMS:
             return Check("alarms", True, self.says)
         return Check(
             "alarms",
             False,
-            f"{self.says}, more than the {100 * STATED:g} % that it is made for; do not take what "
-            "it names from this spec's records for missing",
+            f"{self.says}, more than the {100 * FALSE_ALARMS:g} % that it is made for; do not take "
+            "what it names from this spec's records for missing",
         )
 
 

@@ -9,7 +9,7 @@ from rigid.discovery.outcome import Outcome, Step
 from rigid.discovery.refit import Refit
 from rigid.discovery.turn import Absorption
 from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained
-from rigid.discovery.workflow import LIKELY
+from rigid.discovery.workflow import LIKELIER, LIKELY
 from rigid.localfit.leave_one_out import gap
 from rigid.plots import metrology
 from rigid.plots.metrology import digits, median_and_interval
@@ -26,6 +26,8 @@ SHOWN = 5.0
 def ruling(outcome: Outcome) -> str:
     """The verdict in a sentence."""
     if not outcome.steps:
+        if outcome.last_probability[NOTHING] < LIKELIER:
+            return "These records do not decide whether something is missing."
         return "Nothing is missing that these records show."
     first = outcome.steps[0]
     if first.verdict == "named":
