@@ -9,7 +9,13 @@ import numpy as np
 import pytest
 from rigs import frame_problem, release_problem
 
-from rigid.inference.reference_check import SensorError, SolverCheck, against_reference
+from rigid.inference.reference_check import (
+    FIRST,
+    SensorError,
+    SolverCheck,
+    against_reference,
+    until_clear,
+)
 from rigid.inference.summary import Check
 from rigid.likelihood.groups import SlowGroup
 from rigid.likelihood.problem import predict
@@ -36,11 +42,11 @@ def test_steps_agree_with_diffrax(problem):
     found = against_reference(problem, z[0], z, seed=1)
     assert found is not None
     assert found.ok, found.says
-    assert (found.points, found.ended) == (13, 13)
+    assert (found.points, found.ended) == (FIRST, FIRST)  # of 13: no more are asked
     assert {s.quantity for s in found.sensors} == set(SlowGroup.quantities)
     assert 0.0 < found.worst.bars < 0.1
     assert found.values()["shift"] == found.shift
-    assert "13 points" in found.check.says
+    assert f"{FIRST} points" in found.check.says
     told = solved(problem, z[0])
     assert told is not None
     assert told["ended"]
@@ -72,6 +78,7 @@ def test_a_solver_that_reads_wrong_is_found(problem, monkeypatch):
     jax.clear_caches()
     assert found is not None
     assert not found.ok
+    assert found.points == 13
     assert found.worst.quantity == "pressure"
     assert found.worst.bars > 0.5
     assert "pressure of frame-1,A" in found.says
@@ -91,6 +98,20 @@ def test_an_error_that_goes_with_the_parameters_is_found_though_no_reading_shows
     assert found.shift == pytest.approx(np.std(differences))
     # The same everywhere: no draw is more probable than it was.
     assert dataclasses.replace(found, differences=np.full(32, 0.3)).ok
+
+
+@pytest.mark.parametrize(
+    ("bars", "shift", "lost", "points"),
+    [(0.16, 0.03, 0, FIRST), (0.17, 0.03, 0, 32), (0.16, 0.034, 0, 32), (0.16, 0.03, 1, 32)],
+)
+def test_more_points_are_solved_where_the_first_leave_a_doubt(bars, shift, lost, points):
+    def first(count: int) -> SolverCheck:
+        worst = SensorError("load", "N", bars * 295.0, 295.0, "step", "frame-1,A")
+        differences = np.tile([shift, -shift], count // 2)[: count - lost]
+        return SolverCheck(1e-8, count, count - lost, (worst,), differences)
+
+    assert until_clear(first, 32).points == points
+    assert until_clear(first, 4).points == 4
 
 
 def test_a_mean_moves_by_no_more_than_is_said():

@@ -14,6 +14,7 @@ from rigid.inference.reference_check import (
     by_diffrax,
     compared,
     nothing_solved,
+    until_clear,
 )
 from rigid.likelihood.groups import AbstractGroup
 from rigid.localfit.candidates import quiet_values
@@ -40,7 +41,6 @@ def against_reference(
     moved[0] = 0.0
     w = np.tile(local.w, (POINTS, 1))
     w[:, :size] += moved
-    values = _values(local, w)
     problem = dataclasses.replace(local.layout.weighed_problem, groups=family.groups)
 
     def exact(given: dict[str, Array]) -> Predictions:
@@ -49,8 +49,14 @@ def against_reference(
     def fast(given: dict[str, Array]) -> Predictions:
         return read(family, {label: np.asarray(v) for label, v in given.items()})
 
-    by_steps, by_solve = (_confined(hypothesis, problem.groups, values, w) for w in (fast, exact))
-    return compared(problem, values, by_steps, by_solve, tolerance)
+    def first(count: int) -> SolverCheck:
+        values = _values(local, w[:count])
+        by_steps, by_solve = (
+            _confined(hypothesis, problem.groups, values, way) for way in (fast, exact)
+        )
+        return compared(problem, values, by_steps, by_solve, tolerance)
+
+    return until_clear(first, POINTS)
 
 
 def _values(local: LocalFit, w: np.ndarray) -> dict[str, Array]:
@@ -72,12 +78,12 @@ def _confined(
     way: Callable[[dict[str, Array]], Predictions],
 ) -> Predictions:
     """Predictions by a way; an effect that is confined to a record is absent from all others."""
-    found = way(values)
+    found, points = way(values), len(next(iter(values.values())))
     for effect in hypothesis.added:
         record = hypothesis.only.get(effect.name)
         if record is None:
             continue
-        absent = {label: jnp.full(POINTS, v) for label, v in quiet_values(effect).items()}
+        absent = {label: jnp.full(points, v) for label, v in quiet_values(effect).items()}
         without = way(values | absent)
         for group, mine, other in zip(groups, found, without, strict=True):
             elsewhere = np.array([t.label != record for t in group.tracks])[:, None]
