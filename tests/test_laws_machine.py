@@ -43,6 +43,7 @@ def known_bending(joint: str) -> Callable[[str], str]:
     return lambda spec: f'{spec}\n{model}[priors]\n"presliding[{joint}]" = {{ fixed = 2e-5 }}\n'
 
 
+@pytest.mark.slow
 def test_a_number_of_a_model_that_is_compared_can_be_stated(tmp_path):
     study = machine("swing", tmp_path, known_bending("spring"))
     place = place_of(study.solved, None)

@@ -24,6 +24,7 @@ def run(name: str) -> dict:
     return names
 
 
+@pytest.mark.long
 def test_the_spring_is_found_to_harden(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names = run("spring")

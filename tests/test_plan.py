@@ -121,6 +121,7 @@ def test_a_further_record_is_set_up_anew_and_is_otherwise_as_before(campaign):
     assert np.array_equal(anew(problem, Change("squeeze"), z, rng), z)
 
 
+@pytest.mark.slow
 def test_points_differ_in_the_preload_that_a_further_release_has(campaign):
     """The greatest true reading goes with the preload, which is uncertain; of a frame it stays."""
     problem, greatest = campaign.problem, {}

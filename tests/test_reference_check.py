@@ -54,6 +54,7 @@ def test_steps_agree_with_diffrax(problem):
     assert json.loads(json.dumps(told)) == told  # goes into a row
 
 
+@pytest.mark.slow
 def test_samples_count_in_a_problem_as_they_are_weighed(problem):
     layout = lay_out(problem)
     weight = layout.weight * np.random.default_rng(3).uniform(size=len(layout.weight))

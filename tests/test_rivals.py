@@ -6,7 +6,7 @@ import pytest
 from test_screening import CHOICE, campaign, found_in
 
 from rigid.discovery.fitted import Fitted
-from rigid.discovery.refit import NO_LEAD, lead_of
+from rigid.discovery.refit import NO_LEAD, Lead, lead_of
 from rigid.discovery.rivals import fitted_in_full
 from rigid.discovery.signatures import laid_out
 from rigid.discovery.turn import Running, Turn
@@ -96,3 +96,22 @@ def test_a_kept_fit_is_read_back_beside_the_effects_that_it_was_made_with_alone(
     values = [step.refits[third].after.value for step in beside]
     assert values[1] > values[0] + 5.0
     assert len(list(tmp_path.glob("discovery-refit-*"))) == 4
+
+
+@pytest.mark.slow
+def test_a_run_that_goes_on_reads_what_was_given_up_and_what_was_then_led_to_its_end(
+    found, tmp_path
+):
+    fit = Fitted(found.base, found.programs)
+    bench = laid_out(fit, CHOICE, NOTHING_KEPT)
+    lead = Lead(HIDDEN, found.steps[0].refits[HIDDEN].after.value + 1e6)
+
+    def both(shelf):
+        turn = Turn(fit, bench, Running(0, shelf=shelf))
+        given_up = turn.refits([STANDS_FOR_IT], lead)[STANDS_FOR_IT]
+        whole = turn.refits([STANDS_FOR_IT])[STANDS_FOR_IT]
+        return given_up.after.value, whole.after.value
+
+    first, again = both(Shelf(tmp_path)), both(Shelf(tmp_path, reads=True))
+    assert again == first
+    assert len(list(tmp_path.glob("discovery-refit-*"))) == 2

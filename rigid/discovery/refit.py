@@ -35,7 +35,8 @@ ANEW = 4
 """Times that a fit which stopped short of its top is led on, at most: turns that bring little, one
 after the other, end it each time."""
 KEPT = "discovery-refit-*"
-"""What refits are called on the shelf, `*` standing for effects added before and the candidate."""
+"""What refits are called on the shelf, `*` standing for effects added before, the candidate, and
+whether it could be given up: one that was may be tried again, to its end."""
 BEFORE_STEPS, FIRST_STEPS = 9, 6
 """Turns that the model without the effect gets in the program of the effect, and that each effect
 gets before it is said which of them to follow first."""
@@ -182,8 +183,9 @@ def refit(
     family, hypothesis = begun.after.family, begun.after.hypothesis
     known = {"base": base, "hypothesis": base.hypothesis, "extended": hypothesis, "family": family}
     known |= {one: getattr(base.layout, one) for one in ("problem", "channels", "channel", "time")}
+    name = [*_came_in(base.hypothesis), str(begun.number), *([] if lead.name else ["whole"])]
     before, after = shelf.once(
-        KEPT.replace("*", "-".join([*_came_in(base.hypothesis), str(begun.number)])),
+        KEPT.replace("*", "-".join(name)),
         lambda: (begun.before, _followed(found, begun, lead.height)),
         (LocalFit, Layout, Terms),
         known,
