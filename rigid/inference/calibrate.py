@@ -4,6 +4,7 @@ import dataclasses
 import hashlib
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -271,30 +272,33 @@ def _told(
     seed, compile_s = run
     found = known.found
     problem, rng = found.problem, np.random.default_rng([seed, 2])
-    values, curves, _ = _valued(problem, draws.thinned(TABLED_STEPS))
     kept, kept_curves, flat = _valued(problem, draws.thinned(KEPT_STEPS))
-    tracks, laws = evaluations(problem, flat)
-    picked = flat[rng.choice(len(flat), PREDICTED - 1, replace=False)]
-    best = found.optima[0].z[None]
-    prior = rng.standard_normal((PREDICTED, flat.shape[1]))
-    sensors = sensor_draws(laws, rng)
-    return Calibrated(
-        known=known,
-        draws=draws,
-        values=values,
-        frictions=curves,
-        kept=kept,
-        kept_frictions=kept_curves,
-        sensors=sensors,
-        tracks=tracks,
-        blocks=blocks(found, flat, sensors),
-        shown=channels(found, np.concatenate([best, picked]), seed),
-        prior_shown=channels(found, prior, seed),
-        solver=against_reference(problem, found.optima[0].z, flat, seed),
-        records=records,
-        seed=seed,
-        compile_s=compile_s,
-    )
+    # Solves are programs that let others run: the rest is worked out meanwhile.
+    with ThreadPoolExecutor(max_workers=1) as beside:
+        solver = beside.submit(against_reference, problem, found.optima[0].z, flat, seed)
+        values, curves, _ = _valued(problem, draws.thinned(TABLED_STEPS))
+        tracks, laws = evaluations(problem, flat)
+        picked = flat[rng.choice(len(flat), PREDICTED - 1, replace=False)]
+        best = found.optima[0].z[None]
+        prior = rng.standard_normal((PREDICTED, flat.shape[1]))
+        sensors = sensor_draws(laws, rng)
+        return Calibrated(
+            known=known,
+            draws=draws,
+            values=values,
+            frictions=curves,
+            kept=kept,
+            kept_frictions=kept_curves,
+            sensors=sensors,
+            tracks=tracks,
+            blocks=blocks(found, flat, sensors),
+            shown=channels(found, np.concatenate([best, picked]), seed),
+            prior_shown=channels(found, prior, seed),
+            solver=solver.result(),
+            records=records,
+            seed=seed,
+            compile_s=compile_s,
+        )
 
 
 def _valued(problem: Problem, draws: Draws) -> tuple[dict, dict, np.ndarray]:

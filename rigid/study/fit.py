@@ -1,6 +1,7 @@
 """A finished fit: posterior, table, checks, figures and files."""
 
 from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -99,19 +100,23 @@ class Fit(CommandResult):
           None: they stay.
         """
         folder = Path(folder)
-        output.write_posterior(
-            folder / "posterior.nc",
-            self.spec,
-            self.calibrated,
-            self.result,
-            self._groups,
-            spec_folder,
-        )
-        write_summary_csv(folder / "summary.csv", self.result.parameters)
-        write_result_json(folder / "result.json", self.result)
-        told = content(self.spec, self.calibrated, self.result)
-        write_for_paper(told.paper, folder)
-        write_report(KIND, told, folder)
+        # Written by a library that lets others run: figures are drawn meanwhile.
+        with ThreadPoolExecutor(max_workers=1) as beside:
+            kept = beside.submit(
+                output.write_posterior,
+                folder / "posterior.nc",
+                self.spec,
+                self.calibrated,
+                self.result,
+                self._groups,
+                spec_folder,
+            )
+            write_summary_csv(folder / "summary.csv", self.result.parameters)
+            write_result_json(folder / "result.json", self.result)
+            told = content(self.spec, self.calibrated, self.result)
+            write_for_paper(told.paper, folder)
+            write_report(KIND, told, folder)
+            kept.result()
 
     @cached_property
     def _groups(self) -> Mapping[str, xr.Dataset]:
