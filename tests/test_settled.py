@@ -174,9 +174,24 @@ def test_a_law_whose_width_is_far_above_its_prior_is_another_however_much_it_exp
     w = widened(local.hypothesis, local.w, own)
     at = Point(hypothesis, local.layout, w, local.z_noise)
     there = expanded(holding(programs, (effect,)), at)
-    assert tuple(label for label, _ in another_law(there)) == said
+    assert tuple(label for label, _ in another_law(there, effect)) == said
     assert tuple(label for label, _ in state_of(there, borne=1e9).far) == said
-    assert another_law(local) == ()
+
+
+@pytest.mark.slow
+def test_an_effect_is_not_another_law_for_what_one_before_it_does(clean):
+    local, programs = clean
+    first, second = CATALOGUE["hose-pressure-drop"], CATALOGUE["piston-leakage"]
+    hypothesis = local.hypothesis.plus(first)
+    own = [6.0 if p.label == "q_fittings" else 0.0 for p in hypothesis.brought_by(first)]
+    w = widened(local.hypothesis, local.w, own)
+    both = hypothesis.plus(second)
+    w = widened(hypothesis, w, [0.0 for _ in both.brought_by(second)])
+    at = Point(both, local.layout, w, local.z_noise)
+    there = expanded(holding(programs, (first, second)), at)
+    assert another_law(there, second) == ()
+    assert [label for label, _ in another_law(there, first)] == ["q_fittings"]
+    assert [label for label, _ in state_of(there).far] == ["q_fittings"]
 
 
 def test_the_limit_is_passed_by_chance_as_rarely_as_it_says():

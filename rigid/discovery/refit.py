@@ -70,7 +70,8 @@ class Refit:
     @cached_property
     def another(self) -> str:
         """Which numbers of the effect make another law of it, in words; mostly empty."""
-        numbers = another_law(self.after) if self.after.finite else ()
+        effect = self.candidate.effect
+        numbers = another_law(self.after, effect) if self.after.finite else ()
         return ", ".join(stands(*one) for one in numbers)
 
 

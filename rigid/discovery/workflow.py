@@ -229,7 +229,8 @@ def mendable(one: Refit) -> bool:
     that is in the model as well.
     """
     state = state_of(one.after, borne(one.log_bayes + one.earlier))
-    return bool(state.far) and state.flat and not below(one.after, one.before)
+    drifted = bool(state.far) and state.flat and not one.another
+    return drifted and not below(one.after, one.before)
 
 
 def _not_settled(why: str) -> str:

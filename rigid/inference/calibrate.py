@@ -273,7 +273,7 @@ def _told(
     found = known.found
     problem, rng = found.problem, np.random.default_rng([seed, 2])
     kept, kept_curves, flat = _valued(problem, draws.thinned(KEPT_STEPS))
-    # Solves are programs that let others run: the rest is worked out meanwhile.
+    # Compiled programs release the interpreter: the rest is worked out while these solve.
     with ThreadPoolExecutor(max_workers=1) as beside:
         solver = beside.submit(against_reference, problem, found.optima[0].z, flat, seed)
         values, curves, _ = _valued(problem, draws.thinned(TABLED_STEPS))

@@ -18,8 +18,8 @@ COLUMNS = (
 )  # fmt: skip
 FALSE_ALARMS = 0.003
 """Share of complete models of whose campaigns it may be said that something is missing. A user who
-asks of a hundred campaigns is misled in one of four; at 0.01, in which 5 of 399 campaigns of the
-benchmark had an alarm where one has at this, in two of three."""
+asks of a hundred such campaigns has an alarm or more with a chance of 26 %; at 0.01 it would be
+63 %."""
 
 
 @dataclass(frozen=True)

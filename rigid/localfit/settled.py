@@ -9,7 +9,9 @@ absent, not where it is another law.
 
 import numpy as np
 
+from rigid.effects.base import AbstractEffect
 from rigid.inference.settled import Settled, away_from_top, settled
+from rigid.likelihood.priors import Lognormal
 from rigid.localfit.hypothesis import Hypothesis
 from rigid.localfit.local import LocalFit
 
@@ -48,35 +50,30 @@ def state_of(local: LocalFit, borne: float = 0.0) -> Settled:
     they count for the gradient alone, but for those that make another law of it (`another_law`);
     so do those of what was absorbed.
     """
-    whole, other = _whole(local), another_law(local)
-    own = _own_labels(local.hypothesis)
+    hypothesis, away = local.hypothesis, away_from_top(local.gradient, local.information)
+    whole, own = settled(labels_of(hypothesis), local.w, away), _own_labels(hypothesis)
+    other = tuple(far for effect in hypothesis.added for far in another_law(local, effect))
     far = tuple((label, sds) for label, sds in whole.far if label not in own)
     if far and 0.5 * sum(sds**2 for _, sds in far) <= borne:
         return Settled(whole.away, other, whole.limit, driven=far)
     return Settled(whole.away, (*other, *far), whole.limit)
 
 
-def another_law(local: LocalFit) -> tuple[tuple[str, float], ...]:
-    """Numbers of what was added that make another law of it, and by how many prior sds.
+def another_law(local: LocalFit, effect: type[AbstractEffect]) -> tuple[tuple[str, float], ...]:
+    """Numbers of an added effect that make another law of it, and by how many prior sds.
 
-    Its widths, bendings and times may vanish: what is left is the limit of the law, a step, dry
-    friction. Far above their priors they leave no law of the kind: a bristle that bends by four
-    centimetres before it slides is a spring.
+    Its scales (widths, bendings, times: lognormal, without a value at which it is absent) may
+    vanish: what is left is the limit of the law, a step, dry friction. One far above its prior
+    leaves no law of the kind: a bristle that bends by four centimetres before it slides is a
+    spring. Where a great scale is a limit, too, as of the flow at which fittings matter, readings
+    no longer depend on it, and nothing drives it there.
     """
-    widths = {
-        label
-        for effect in local.hypothesis.added
-        for info in effect.parameters()
-        if info.absent is None
-        for label in info.labels
-    }
-    return tuple((label, sds) for label, sds in _whole(local).far if label in widths and sds > 0.0)
-
-
-def _whole(local: LocalFit) -> Settled:
-    """Where a refit ended, every number counted alike."""
-    away = away_from_top(local.gradient, local.information)
-    return settled(labels_of(local.hypothesis), local.w, away)
+    hypothesis = local.hypothesis
+    shape = {n for info in effect.parameters() if info.absent is None for n in info.labels}
+    own = [p for p in hypothesis.brought_by(effect) if isinstance(p.prior, Lognormal)]
+    scales = shape & {p.label for p in own}
+    far = settled(labels_of(hypothesis), local.w, 0.0).far
+    return tuple((label, sds) for label, sds in far if label in scales and sds > 0.0)
 
 
 def _own_labels(hypothesis: Hypothesis) -> set[str]:

@@ -100,7 +100,7 @@ class Fit(CommandResult):
           None: they stay.
         """
         folder = Path(folder)
-        # Written by a library that lets others run: figures are drawn meanwhile.
+        # The library that writes it releases the interpreter: figures are drawn meanwhile.
         with ThreadPoolExecutor(max_workers=1) as beside:
             kept = beside.submit(
                 output.write_posterior,
