@@ -26,9 +26,9 @@ STRIDE = 8
 EDGE = 1e-9
 """Relative slack [sampling intervals] when a switch is compared with a sample."""
 
-LEAST_SIZE, COARSER = 64, 4
-"""A grid has a multiple of so many samples, and of a quarter of the power of two below it: it is
-longer than its records by a quarter at most, and by half of that in the mean."""
+LEAST_SIZE, COARSER = 64, 2
+"""A grid has a multiple of so many samples, and of half of the power of two below it: few lengths,
+so that a campaign seldom needs programs of its own; longer than its records by half at most."""
 
 
 class Drive(eqx.Module):

@@ -8,6 +8,7 @@ import ess
 import friction
 import growth
 import joint
+import limits
 import release
 import wait
 import wall
@@ -18,6 +19,7 @@ ROWS: dict[str, Callable[[Bench], list[Row]]] = {
     "wait": wait.rows,
     "joint": joint.rows,
     "compile": compiling.rows,
+    "limits": limits.rows,
     "friction": friction.rows,
     "release": release.rows,
     "ess": ess.rows,

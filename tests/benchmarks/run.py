@@ -15,8 +15,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 NAMES = (
-    "wait", "joint", "compile", "friction", "release", "wall", "ess", "pints", "numpyro", "growth",
-    "accuracy",
+    "wait", "joint", "compile", "limits", "friction", "release", "wall", "ess", "pints", "numpyro",
+    "growth", "accuracy",
 )  # fmt: skip
 
 
