@@ -10,12 +10,12 @@ from rigid.likelihood.noise import (
     FINE_STEP,
     Spread,
     Sums,
-    coarse,
     gaussian,
     least_squares,
     marginal,
     moments,
     quadratic,
+    rounding,
     sample_law,
 )
 from rigid.likelihood.quantisation import interval
@@ -44,7 +44,7 @@ def expanded(law, true: np.ndarray, data: np.ndarray, variance: float, spread: S
 def test_marginal_is_the_integral_over_gain_and_zero(n: int, sigma_steps: float):
     sigma, spread = sigma_steps * STEP, Spread(1e-3, 100.0)
     true, data = sensor_samples(n, sigma, 3)
-    law = sample_law(jnp.asarray([sigma]), STEP, coarse(STEP, sigma))
+    law = sample_law(jnp.asarray([sigma]), STEP, rounding(STEP, sigma))
     found = expanded(law, true, data, sigma**2 + STEP**2 / 12, spread)
     # 41 x 41 nodes over 6 sd of the Gaussian law: exact for smooth laws to far below the bar.
     gain_sd, zero_sd = float(found.var_gain[0]) ** 0.5, float(found.var_zero[0]) ** 0.5
@@ -107,7 +107,7 @@ def test_without_a_converter_it_is_a_density():
 
 @pytest.mark.parametrize("step", [0.0, 0.2, 3.0])
 def test_slope_and_curvature_are_derivatives(step: float):
-    law = sample_law(jnp.asarray([1.0]), step, coarse(step, 1.0))
+    law = sample_law(jnp.asarray([1.0]), step, rounding(step, 1.0))
     for r in (-2.0, 0.1, 1.4):
         value = lambda m, r=r: law(r - m[None]).value[0]  # noqa: E731
         zero = jnp.asarray(0.0)
@@ -146,7 +146,7 @@ def test_a_sensor_without_spread_is_taken_at_its_word():
     """Exact gain and zero: the likelihood is that of the residuals as they are."""
     sigma = 150.0
     true, data = sensor_samples(300, sigma, 5)
-    law = sample_law(jnp.asarray([sigma]), 0.0, rounded=False)
+    law = sample_law(jnp.asarray([sigma]), 0.0, nodes=0)
     exact = expanded(law, true, data, sigma**2, Spread(0.0, 0.0))
     alone = stats.norm.logpdf(data - true, 0.0, sigma).sum()
     assert float(exact.value[0]) == pytest.approx(alone, rel=1e-12)
@@ -158,7 +158,7 @@ def test_one_spread_of_none_is_the_limit_of_a_small_one(spread: Spread):
     """Spreads of 1e-9 of their usual size change the value by some 1e-9 of its derivative."""
     sigma = 150.0
     true, data = sensor_samples(300, sigma, 6)
-    law = sample_law(jnp.asarray([sigma]), 0.0, rounded=False)
+    law = sample_law(jnp.asarray([sigma]), 0.0, nodes=0)
     small = Spread(spread.gain or 1e-12, spread.zero or 1e-7)
     at, near = (expanded(law, true, data, sigma**2, s) for s in (spread, small))
     assert float(at.value[0]) == pytest.approx(float(near.value[0]), rel=1e-9)

@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from rigid.likelihood.quantisation import REACH, curve, interval
+from rigid.likelihood.quantisation import FEW, MANY, REACH, WIDE, curve, interval, nodes_of
 
 mpmath.mp.dps = 60
 RATIOS = (0.05, 0.3, 1.0, 2.0, 4.0, 10.0, 60.0)  # step over noise; default sheets: 2, 3 and 4
@@ -75,14 +75,31 @@ def test_value_can_be_differentiated_in_the_noise_level():
     assert float(jax.grad(at)(0.0)) == pytest.approx(float(difference), rel=1e-8)
 
 
+@pytest.mark.parametrize("nodes", [FEW, MANY])
 @pytest.mark.parametrize("ratio", [0.3, 1.0, 2.0, 3.0, 4.0, 6.0])
-def test_curve_follows_the_interval_within_its_reach(ratio: float):
+def test_curve_follows_the_interval_within_its_reach(ratio: float, nodes: int):
     sigma, step = jnp.asarray([1.0]), ratio
     r = np.linspace(-1, 1, 2001)[:, None] * (0.5 * ratio + REACH)
-    got, exact = curve(sigma, step)(jnp.asarray(r)), interval(jnp.asarray(r), sigma, step)
+    got, exact = curve(sigma, step, nodes)(jnp.asarray(r)), interval(jnp.asarray(r), sigma, step)
     for name, bar in (("value", 1e-6), ("slope", 1e-5), ("curvature", 1e-3)):
         error = np.abs(np.asarray(getattr(got, name)) - np.asarray(getattr(exact, name)))
         assert error.max() < bar, (name, error.max())
+
+
+@pytest.mark.parametrize(
+    ("ratio", "nodes", "bar"), [(WIDE, FEW, 1e-9), (2 * WIDE, FEW, 1e-7), (12.0, MANY, 1e-9)]
+)
+def test_thousands_of_samples_are_as_probable_by_the_curve(ratio: float, nodes: int, bar: float):
+    """The mean error under the law itself: noise at half of its sheet's still does with few."""
+    r = jnp.linspace(-1, 1, 20001) * (0.5 * ratio + REACH)
+    exact = interval(r, jnp.ones(1), ratio).value
+    error = curve(jnp.ones(1), ratio, nodes)(r).value - exact
+    share = jnp.exp(exact) / jnp.exp(exact).sum()
+    assert abs(float(share @ error)) < bar
+
+
+def test_few_values_do_for_narrow_steps_alone():
+    assert (nodes_of(WIDE, 1.0), nodes_of(1.01 * WIDE, 1.0)) == (FEW, MANY)
 
 
 @pytest.mark.parametrize("ratio", [2.0, 3.0, 4.0])

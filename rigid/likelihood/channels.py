@@ -42,13 +42,13 @@ class SensorSheet:
         return float(np.sqrt(self.noise**2 + step**2 / 12.0))
 
     @property
-    def rounded(self) -> bool:
-        """Whether a sample is the interval of values that round to it, not a density."""
-        return noise.coarse(self.step, self.noise)
+    def nodes(self) -> int:
+        """Of the law of a sample that is the interval of values that round to it; 0: a density."""
+        return noise.rounding(self.step, self.noise)
 
     def noise_model(self, sigma: Array) -> Callable[[Array], Point]:
         """Log-probability of samples by their residuals, at noise levels `sigma`."""
-        return noise.sample_law(sigma, self.step, self.rounded)
+        return noise.sample_law(sigma, self.step, self.nodes)
 
     @property
     def spread(self) -> Spread:

@@ -80,12 +80,12 @@ class Turn(NamedTuple):
 class Turns(NamedTuple):
     """Pieces of one shape and one law of samples.
 
-    - `members`: their numbers. - `rounded`: whether their samples are intervals.
+    - `members`: their numbers. - `nodes`: of the law of samples that are intervals; 0: a density.
     - `each`: their arrays, stacked.
     """
 
     members: tuple[int, ...]
-    rounded: bool
+    nodes: int
     each: Turn
 
     def map(self, function: Callable, *given: tuple | Array) -> list:
@@ -100,9 +100,9 @@ def in_turns(
     """Put pieces of one shape together, by the law of their samples."""
     alike: dict[tuple, list[int]] = {}
     for number, piece in enumerate(pieces):
-        alike.setdefault((piece.data.shape, piece.sheet.rounded), []).append(number)
+        alike.setdefault((piece.data.shape, piece.sheet.nodes), []).append(number)
     found = []
-    for (_, rounded), members in alike.items():
+    for (_, nodes), members in alike.items():
         each = [
             Turn(
                 jnp.asarray(pieces[i].sheet.step),
@@ -113,7 +113,7 @@ def in_turns(
             )
             for i in members
         ]
-        found.append(Turns(tuple(members), rounded, _stacked(each)))
+        found.append(Turns(tuple(members), nodes, _stacked(each)))
     return found
 
 
@@ -190,9 +190,9 @@ Expansions = dict[int, noise.Quadratic]
 """By piece: its log-likelihood around gains and zeros, (tracks, walkers) each."""
 
 
-def _around(rounded: bool, one: Turn, at: noise.Calibration) -> noise.Quadratic:
+def _around(nodes: int, one: Turn, at: noise.Calibration) -> noise.Quadratic:
     """Expand the log-likelihood of a piece around gains and zeros (tracks, walkers)."""
-    law = noise.sample_law(one.sigma, one.step, rounded)
+    law = noise.sample_law(one.sigma, one.step, nodes)
     return noise.Quadratic(*one.summed(partial(noise.quadratic, law, *at)))
 
 
@@ -201,7 +201,7 @@ def _expanded(sensors: Sensors, turns: Iterable[Turns], at: noise.Calibration) -
     found: Expansions = {}
     for some in turns:
         here = _stacked(sensors.on_tracks(at, i) for i in some.members)
-        each = some.map(partial(_around, some.rounded), here)
+        each = some.map(partial(_around, some.nodes), here)
         found |= dict(zip(some.members, each, strict=True))
     return found
 
@@ -222,9 +222,9 @@ def _again(
             at: noise.Calibration,
             old: noise.Quadratic,
             stale: Array,
-            rounded: bool = some.rounded,
+            nodes: int = some.nodes,
         ) -> noise.Quadratic:
-            return jax.lax.cond(stale, lambda: _around(rounded, turn, at), lambda: old)
+            return jax.lax.cond(stale, lambda: _around(nodes, turn, at), lambda: old)
 
         here = _stacked(sensors.on_tracks(at, i) for i in some.members)
         old = _stacked(before[i] for i in some.members)
@@ -282,8 +282,8 @@ def _climbed(
     is small against the converter's step, a few samples next to a threshold tell gain and zero, and
     least squares ends many standard deviations away, where an expansion says nothing of the top.
     """
-    rounded = [some for some in turns if some.rounded]
-    plain = _expanded(sensors, (some for some in turns if not some.rounded), start.at)
+    rounded = [some for some in turns if some.nodes]
+    plain = _expanded(sensors, (some for some in turns if not some.nodes), start.at)
     if not rounded:
         return plain, start.at
 

@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.likelihood.quantisation import Point, curve
+from rigid.likelihood.quantisation import Point, curve, nodes_of
 
 LOG_SQRT_2PI = 0.9189385332046727
 FINE_STEP = 0.25
@@ -34,18 +34,22 @@ def gaussian(residual: Array, sigma: Array, step: float | Array) -> Point:
     return Point(value, residual / variance, -1.0 / variance + 0.0 * residual)
 
 
-def coarse(step: float, sheet_noise: float) -> bool:
-    """Whether a converter's step counts, against the noise of the sensor's sheet."""
-    return step > FINE_STEP * sheet_noise
+def rounding(step: float, sheet_noise: float) -> int:
+    """From how many exact values the law of a rounded sample is interpolated.
+
+    0 where a converter's step does not count against the noise of the sensor's sheet: there a
+    sample has a density.
+    """
+    return nodes_of(step, sheet_noise) if step > FINE_STEP * sheet_noise else 0
 
 
-def sample_law(sigma: Array, step: float | Array, rounded: bool) -> Callable[[Array], Point]:
+def sample_law(sigma: Array, step: float | Array, nodes: int) -> Callable[[Array], Point]:
     """Return the log-probability of samples as a function of their residuals.
 
-    - `sigma`: noise, `step`: of the converter, in the unit of the residuals. - `rounded`: whether a
-      sample is an interval (`coarse`) or has a density.
+    - `sigma`: noise, `step`: of the converter, in the unit of the residuals. - `nodes`: as
+      `rounding` tells: 0 where a sample has a density, else it is an interval.
     """
-    return curve(sigma, step) if rounded else partial(gaussian, sigma=sigma, step=step)
+    return curve(sigma, step, nodes) if nodes else partial(gaussian, sigma=sigma, step=step)
 
 
 class Sums(NamedTuple):
@@ -134,8 +138,7 @@ def total(terms: Array) -> Array:
 def moments(data: Array, weight: Array, reading: Array) -> Sums:
     """Least-squares sums of samples over the first axis."""
     r, wm = data - reading, weight * reading
-    one = jnp.broadcast_to(weight, reading.shape)
-    return Sums(total(one), total(wm), total(wm * reading), total(weight * r), total(wm * r))
+    return Sums(total(weight), total(wm), total(wm * reading), total(weight * r), total(wm * r))
 
 
 def quadratic(

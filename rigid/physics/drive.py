@@ -5,13 +5,19 @@ to one of a few lengths: records that differ in nothing else share their program
 """
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import TypeVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 from jaxtyping import Bool, Float, Int
+
+State = TypeVar("State")
+Led = Callable[[State], tuple[State, Array]]
+"""A step of a march: the next state, and readings."""
 
 FINE_WINDOW = 0.1
 """Seconds after a switch of the valve in which every sample is a step of its own, whatever the rig;
@@ -63,7 +69,7 @@ class Plan:
     - `kink` (steps, tracks): 0, or 1 + the number of the switch that falls inside the step.
     - `kink_rest` (kinks,) [s]: time from each switch to the end of its step, of one that falls into
       no step that of a whole step; `kink_place`: drive and number of the switch.
-    - `samples`: of the grid; `interval` [s].
+    - `samples`: of the grid; `interval` [s]. - `end` [s]: of the longest record.
     """
 
     near: Bool[Array, " steps"]
@@ -75,6 +81,21 @@ class Plan:
     kink_place: Int[np.ndarray, "kinks 2"]
     samples: int
     interval: float
+    end: Float[Array, ""]
+
+    def led(self, begin: Float[Array, ""], step: Led, state: State) -> tuple[State, Array]:
+        """Take a step of a march where some record goes on; behind all of them, none.
+
+        - `begin` [s]: of the step. - `step`: takes a state, returns the next and readings.
+
+        Behind the records the state stays and readings are 0.
+        """
+        like = jax.eval_shape(step, state)[1]
+
+        def still(state: State) -> tuple[State, Array]:
+            return state, jnp.zeros(like.shape, like.dtype)
+
+        return jax.lax.cond(begin > self.end + 0.5 * self.interval, still, step, state)
 
     def within(self, parts: int) -> tuple[Int[Array, " kinks"], Float[Array, " kinks"]]:
         """Return which part of its step each switch falls in, and the time [s] to that part's end.
@@ -177,6 +198,7 @@ def plan(drives: Drives) -> Plan:
         kink_place=place.reshape(-1, 2),
         samples=drives.size,
         interval=interval,
+        end=jnp.max(drives.end),
     )
 
 

@@ -103,18 +103,22 @@ def march(
     way = _Way(rig, late, contact, fractions, strokes, table, part, rest[:, None], grid.interval)
 
     def block(carry: tuple[Array, Array], step: tuple) -> tuple[tuple[Array, Array], Array]:
-        flat, rings = carry
         near, parts = step
-        bends = _bends_within(way, flat, parts)
 
-        def by_samples(flat: Array) -> tuple[Array, Array, Array]:
-            return _by_samples(way, flat, parts, bends)
+        def led(carry: tuple[Array, Array]) -> tuple[tuple[Array, Array], Array]:
+            flat, rings = carry
+            bends = _bends_within(way, flat, parts)
 
-        def at_once(flat: Array) -> tuple[Array, Array, Array]:
-            return _at_once(way, flat, parts)
+            def by_samples(flat: Array) -> tuple[Array, Array, Array]:
+                return _by_samples(way, flat, parts, bends)
 
-        *state, series = jax.lax.cond(near | rings | bends, by_samples, at_once, flat)
-        return tuple(state), series
+            def at_once(flat: Array) -> tuple[Array, Array, Array]:
+                return _at_once(way, flat, parts)
+
+            new, still, series = jax.lax.cond(near | rings | bends, by_samples, at_once, flat)
+            return (new, still), series
+
+        return grid.led(parts.begin[0], led, carry)
 
     flat = jnp.broadcast_to(
         rest_under(rig, 0.0, contact)[:, None], (len(rig.scales), *fractions.shape[1:])

@@ -27,7 +27,7 @@ from rigid.physics.release import NODE
 from rigid.physics.rest import rest_under
 from rigid.physics.rig import CORE_SCALES, FREE, Rig, Surroundings
 from rigid.physics.rubbing import Rubbing
-from rigid.physics.step_matrices import apply, step_matrix
+from rigid.physics.step_matrices import apply, step_column, step_matrix
 from rigid.physics.stroke_range import Strokes, foreseen
 
 
@@ -147,9 +147,13 @@ def march(
 
     def sample(flat: Array, part: tuple[Array, ...]) -> tuple[Array, Array]:
         levels, *_, begins = part
-        here = Surroundings(contact, 0.0, fractions[levels[0, 0], track], begins[0, 0], angles)
-        new, more = jax.lax.scan(piece, flat, (jnp.arange(pieces), part))
-        return new, jnp.concatenate([read(rig, flat, here), more.sum(axis=0)])
+
+        def led(flat: Array) -> tuple[Array, Array]:
+            here = Surroundings(contact, 0.0, fractions[levels[0, 0], track], begins[0, 0], angles)
+            new, more = jax.lax.scan(piece, flat, (jnp.arange(pieces), part))
+            return new, jnp.concatenate([read(rig, flat, here), more.sum(axis=0)])
+
+        return grid.led(begins[0, 0], led, flat)
 
     begin = jnp.arange(grid.samples - 1) * grid.interval
     cut = tuple(
@@ -262,7 +266,7 @@ def _advancer(
     table = jax.tree.map(lambda a: a[:, :, None], _pair(matrix[:, :, :2], h, parted.smooth))
     rest = grid.kink_rest[:, None]
     none = jnp.zeros((1, len(parted.kept), matrix.shape[-1]))
-    after = step_matrix(matrix[:, :, 2:], rest, parted.smooth.scales)[:, 4]
+    after = step_column(matrix[:, :, 2:], rest, parted.smooth.scales, 4)
     kinks = jnp.concatenate([none, jnp.moveaxis(after, 1, 0)])
 
     def advance(flat: Array, part: tuple[Array, ...]) -> tuple[Array, None]:

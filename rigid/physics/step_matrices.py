@@ -84,22 +84,58 @@ def step_matrix(
     - `scales` (n,): typical sizes of the states; without them the products overflow the precision.
     - `doublings`: fewer serve a step that is shorter than a sample.
     """
-    shape = (len(scales), 1) + (1,) * (matrix.ndim - 2)
-    scale = jnp.asarray(scales).reshape(shape)
+    scale = jnp.asarray(scales).reshape((len(scales), 1) + (1,) * (matrix.ndim - 2))
     unscale = jnp.moveaxis(scale, 0, 1)
     balanced = matrix * unscale / scale
     small = jnp.asarray(length) / 2**doublings
-    unit = jnp.eye(len(scales)).reshape((len(scales),) * 2 + (1,) * (matrix.ndim - 2))
+    phi = small * _mean_growth(balanced * small)
+    return longer(balanced, phi, doublings) * scale / unscale
+
+
+def longer(matrix: Array, phi: Array, doublings: int) -> Array:
+    """Phi(2^doublings h) from Phi(h), (n, n, ...), and A.
+
+    exp(A h) goes along: squared it is that of the double step. To have it from Phi each time takes
+    a product of a product, which XLA works out once for every number that asks for it.
+    """
+
+    def twice(_: Array, pair: tuple[Array, Array]) -> tuple[Array, Array]:
+        growth, phi = pair
+        return product(growth, growth), phi + product(growth, phi)
+
+    begin = _unit(phi) + product(matrix, phi), phi
+    return jax.lax.fori_loop(0, doublings, twice, begin)[1]
+
+
+def step_column(
+    matrix: Array, length: Array, scales: Sequence[float], column: int, doublings: int = DOUBLINGS
+) -> Array:
+    """One column of `step_matrix`, (n, ...): what a unit rate of one state does in a step."""
+    scale = jnp.asarray(scales).reshape((len(scales), 1) + (1,) * (matrix.ndim - 2))
+    balanced = matrix * jnp.moveaxis(scale, 0, 1) / scale
+    small = jnp.asarray(length) / 2**doublings
     tiny = balanced * small
+    phi = _mean_growth(tiny)
+
+    def twice(_: Array, pair: tuple[Array, Array]) -> tuple[Array, Array]:
+        growth, moved = pair
+        return product(growth, growth), moved + apply(growth, moved)
+
+    begin = _unit(tiny) + product(tiny, phi), small * phi[:, column]
+    moved = jax.lax.fori_loop(0, doublings, twice, begin)[1]
+    return moved * scale[:, 0] / scale[column, 0]
+
+
+def _unit(like: Array) -> Array:
+    """Identity over the first two axes."""
+    return jnp.eye(len(like)).reshape(like.shape[:2] + (1,) * (like.ndim - 2))
+
+
+def _mean_growth(exponent: Array) -> Array:
+    """(exp(X) - 1)/X of a small matrix X, by its series."""
+    unit = _unit(exponent)
 
     def horner(k: Array, series: Array) -> Array:
-        return unit + product(tiny, series) / (TAYLOR_DEGREE + 1 - k)
+        return unit + product(exponent, series) / (TAYLOR_DEGREE + 1 - k)
 
-    series = jax.lax.fori_loop(0, TAYLOR_DEGREE, horner, unit + jnp.zeros_like(tiny))
-    phi = jax.lax.fori_loop(0, doublings, lambda _, p: doubled(balanced, p), series * small)
-    return phi * scale / unscale
-
-
-def doubled(matrix: Array, phi: Array) -> Array:
-    """Phi(2h) from Phi(h)."""
-    return 2.0 * phi + product(phi, product(matrix, phi))
+    return jax.lax.fori_loop(0, TAYLOR_DEGREE, horner, unit + jnp.zeros_like(exponent))

@@ -7,14 +7,13 @@ from functools import reduce
 from operator import mul
 from typing import NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
 from rigid.physics.drive import STRIDE, Plan
 from rigid.physics.rig import Rig, Surroundings
-from rigid.physics.step_matrices import DOUBLINGS, doubled, jacobian, step_matrix
+from rigid.physics.step_matrices import DOUBLINGS, jacobian, longer, step_column, step_matrix
 from rigid.physics.stroke_range import Strokes
 
 HALVINGS = 2
@@ -57,17 +56,18 @@ def tables(rig: Rig, outside: Surroundings, plan: Plan, strokes: Strokes) -> Tab
     nodes = jnp.concatenate([shared, own])
     at_switch = strokes.switch[plan.kink_place[:, 0], plan.kink_place[:, 1]]
     matrix = jacobian(rig, outside, rig.column + jnp.concatenate([nodes, at_switch]))
-    rests = step_matrix(
+    rests = step_column(
         matrix[:, :, len(nodes) :],
         plan.within(PARTS)[1][:, None],
         scales,
+        4,
         DOUBLINGS - HALVINGS,
-    )[:, 4]
+    )
     matrix = matrix[:, :, : len(nodes)]
     fine = step_matrix(matrix, part / FINER, scales, DOUBLINGS - HALVINGS - HALVED)
-    parts = _longer(matrix, fine, FINER)
-    samples = _longer(matrix, parts, PARTS)
-    long = _longer(matrix[:, :, :count], samples[:, :, :count], STRIDE)
+    parts = longer(matrix, fine, HALVED)
+    samples = longer(matrix, parts, HALVINGS)
+    long = longer(matrix[:, :, :count], samples[:, :, :count], STRIDE.bit_length() - 1)
     known = [one[:, :, :count] for one in (fine, parts, samples, long)]
     powers = jnp.einsum("kp,lijpw->klijw", _FITTED, jnp.stack(known))
     at_own = jnp.stack([one[:, :, count:] for one in (fine, parts, samples)])
@@ -78,11 +78,6 @@ def tables(rig: Rig, outside: Surroundings, plan: Plan, strokes: Strokes) -> Tab
 
 _FITTED = np.linalg.inv(np.vander(NODES, increasing=True))
 """From values at NODES to coefficients, lowest power first."""
-
-
-def _longer(matrix: Array, phi: Array, times: int) -> Array:
-    """Phi of steps that are so many `times` as long, a power of two."""
-    return jax.lax.fori_loop(0, times.bit_length() - 1, lambda _, p: doubled(matrix, p), phi)
 
 
 def polynomial(powers: Array, place: Array) -> Array:
