@@ -1,38 +1,34 @@
 """How far programs and commands are from what one core can do: arithmetic, memory, exponentials.
 
-What a program asks for is counted in what JAX traces, before XLA makes it shorter or longer: a loop
-that ends when it is done counts once, so that limits are too low rather than too high. What the
-exact propagation of a rig's states takes at least is counted by hand.
+What a simulation takes at least is counted by hand: the state of a rig is known some samples
+before, and a reading is the product of a row of numbers with it, whatever the oil and the pump do.
+What is simulated, expanded and weighed is counted while a command runs.
 """
 
-import math
 import statistics
 import threading
 import time
-from collections.abc import Callable, Hashable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from math import prod
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 from unittest import mock
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import optimistix as optx
 from campaign import Bench, median_time
-from jax import Array
-from jax.extend import core
 from table import Row
 from wait import HIDDEN, generated
 
 from rigid.inference import derived, pointwise, reference_check, scores
 from rigid.inference.newton import is_noise, joined, local
+from rigid.inference.tangents import tangents
 from rigid.likelihood import problem
-from rigid.likelihood.problem import Problem, log_posterior, walkers
+from rigid.likelihood.problem import Problem, log_posterior
 from rigid.localfit import families
 from rigid.study.study import load
 
@@ -42,24 +38,17 @@ OF_A_SUM = 2
 """Operations of a product that is added to a sum."""
 OF_A_READING = 4
 """Operations of a Gaussian density: difference, quotient, square, sum."""
-
-COUNTED = ("add", "sub", "mul", "div", "neg", "max", "min", "sqrt", "rsqrt", "abs", "square")
-"""Primitives of one operation for each number they give."""
-SUMMED = ("reduce_sum", "reduce_max", "reduce_min", "cumsum", "add_any")
-"""Primitives of one operation for each number they take."""
-CURVED = (
-    "exp", "exp2", "expm1", "log", "log1p", "tanh", "logistic", "erf", "erfc", "erf_inv", "sin",
-    "cos", "tan", "atan2", "pow", "cbrt", "lgamma",
-)  # fmt: skip
-"""Primitives that no core has an instruction for; each counts as one exponential."""
+OF_A_SENSOR = 2
+"""Numbers of a sensor, its gain and zero, by which a reading is expanded as well."""
+NUMBER = np.dtype(float).itemsize
 
 
 @dataclass(frozen=True)
 class Work:
     """What is asked of a core.
 
-    - `operations`: additions and products. - `exponentials`: and their like. - `bytes`: taken and
-      given; what lies between may stay in the core.
+    - `operations`: additions and products. - `exponentials`: and their like. - `bytes`: read or
+      written; what lies between may stay in the core.
     """
 
     operations: float = 0.0
@@ -108,111 +97,98 @@ def measured(runs: int) -> Core:
     )
 
 
-def asked_for(program: Callable, *given: Any) -> Work:
-    """Count what a program asks for, arguments and results in memory included."""
-    closed = eqx.filter_make_jaxpr(program)(*given)[0]
-    avals = (*closed.in_avals, *closed.out_avals)
-    moved = sum(prod(a.shape) * a.dtype.itemsize for a in avals)
-    return _counted(closed.jaxpr) + Work(bytes=float(moved))
+def simulated(readings: float, states: int = STATES, slopes: int = 0) -> Work:
+    """Readings of one simulation, and how they change along some directions."""
+    numbers = readings * (1 + slopes)
+    return Work(numbers * OF_A_SUM * states, 0.0, numbers * NUMBER)
 
 
-def _counted(jaxpr: core.Jaxpr) -> Work:
-    return sum((_of(equation) for equation in jaxpr.eqns), Work())
+def weighed(readings: float) -> Work:
+    """Their likelihood: an exponential each, as a converter asks for, beside the data's bytes."""
+    return Work(readings * OF_A_READING, readings, readings * NUMBER)
 
 
-def _of(equation: core.JaxprEqn) -> Work:
-    """Count one equation, with what is inside it."""
-    name, given = equation.primitive.name, equation.params
-    inside = [_counted(part) for part in _parts(given)]
-    if inside and name == "cond":
-        return min(inside, key=lambda work: work.operations)
-    if inside:
-        return sum(inside, Work()).times(given.get("length", 1) if name == "scan" else 1)
-    taken, gives = sum(map(_numbers, equation.invars)), sum(map(_numbers, equation.outvars))
-    if name == "dot_general":
-        (contracted, _), _ = given["dimension_numbers"]
-        first: Any = equation.invars[0].aval
-        return Work(OF_A_SUM * prod(first.shape[i] for i in contracted) * gives)
-    if name == "integer_pow":
-        return Work(gives * max(abs(given["y"]).bit_length() - 1, 1))
-    if name in CURVED:
-        return Work(exponentials=gives)
-    return Work(gives if name in COUNTED else taken if name in SUMMED else 0)
+def evaluated(asked: Problem) -> Work:
+    """One log-posterior."""
+    readings = readings_of(asked)
+    return simulated(readings) + weighed(readings)
 
 
-def _numbers(one: Any) -> int:
-    """How many numbers a variable of an equation holds."""
-    return prod(one.aval.shape)
+def expanded(asked: Problem) -> Work:
+    """One log-posterior with slopes and information: products of all slopes of a reading."""
+    along = len(tangents(asked, np.flatnonzero(~is_noise(asked))).along)
+    slopes, readings = along + OF_A_SENSOR, readings_of(asked)
+    products = Work(readings * OF_A_SUM * (slopes + slopes * (slopes + 1) / 2))
+    return simulated(readings, slopes=along) + weighed(readings) + products
 
 
-def _parts(given: Mapping[str, Any]) -> Iterator[core.Jaxpr]:
-    """The programs inside an equation."""
-    for value in given.values():
-        for one in value if isinstance(value, tuple | list) else (value,):
-            if isinstance(one, core.ClosedJaxpr):
-                yield one.jaxpr
-            elif isinstance(one, core.Jaxpr):
-                yield one
+def readings_of(asked: Problem) -> float:
+    """Samples that count, of all channels."""
+    return sum(float(np.sum(np.asarray(piece.weight) > 0)) for piece in asked.pieces)
 
 
 class Ledger:
-    """What the large programs of a command ask for while it runs."""
+    """What a command asks of a core while it runs, at the least.
+
+    - `work`: so far. - `runs`: by what was run.
+    """
 
     def __init__(self) -> None:
-        self.programs: dict[Hashable, Work] = {}
-        self.calls: dict[Hashable, float] = {}
+        self.work = Work()
+        self.runs: dict[str, float] = {}
         self._lock = threading.Lock()
 
-    @property
-    def work(self) -> Work:
-        """All of it."""
-        return sum((self.programs[k].times(n) for k, n in self.calls.items()), Work())
-
-    def add(self, program: Callable, *given: Any, often: float = 1.0) -> None:
-        """Book some runs of a program; it is traced where no run of its shape was booked before."""
-        key = program.__qualname__, _shape(given)
+    def add(self, what: str, work: Work, often: float = 1.0) -> None:
+        """Book some runs of what takes so much work."""
         with self._lock:
-            if key not in self.programs:
-                self.programs[key] = asked_for(program, *given)
-            self.calls[key] = self.calls.get(key, 0.0) + often
+            self.work += work.times(often)
+            self.runs[what] = self.runs.get(what, 0.0) + often
 
-    def booking(self, program: Callable) -> Callable:
-        """The same program, with every run booked."""
+    def evaluate(self, run: Callable) -> Callable:
+        """`problem.evaluate`, booked."""
 
-        def run(*given: Any) -> Any:
-            self.add(program, *given)
-            return program(*given)
-
-        return run
-
-    def batched(self, run: Callable) -> Callable:
-        """`in_batches`, with every batch booked."""
-
-        def each(program: Callable, problem: Problem, z: np.ndarray) -> Any:
-            found = run(program, problem, z)
-            if program is not log_posterior:  # booked where it is evaluated
-                half = walkers(problem) // 2
-                batch = jnp.zeros((half, z.shape[1]))
-                self.add(program, problem, batch, often=math.ceil(len(z) / half))
-            return found
+        def each(asked: Problem, z: jax.Array) -> Any:
+            self.add("log-posteriors", evaluated(asked), len(z))
+            return run(asked, z)
 
         return each
 
-    def minimised(self, run: Callable) -> Callable:
-        """`optimistix.minimise`, with the expansion of every step booked."""
+    def in_batches(self, run: Callable) -> Callable:
+        """`in_batches`, booked: log-posteriors are booked where they are evaluated."""
 
-        def lead(fn: Callable, solver: Any, y0: Array, args: Any, **more: Any) -> Any:
+        def each(program: Callable, asked: Problem, z: np.ndarray) -> Any:
+            if program is not log_posterior:
+                self.add("simulations", simulated(readings_of(asked)), len(z))
+            return run(program, asked, z)
+
+        return each
+
+    def minimise(self, run: Callable) -> Callable:
+        """`optimistix.minimise` of a search, booked: an expansion a step."""
+
+        def lead(fn: Callable, solver: Any, y0: jax.Array, args: Any, **more: Any) -> Any:
             solution = run(fn, solver, y0, args, **more)
-            self.add(fn, y0, args, often=float(solution.stats["num_steps"]) + 1.0)
+            self.add("expansions", expanded(args[0]), float(solution.stats["num_steps"]) + 1.0)
             return solution
 
         return lead
 
+    def lanes(self, slopes: int) -> Callable[[Callable], Callable]:
+        """A program of discovery, booked."""
 
-def _shape(given: tuple) -> Hashable:
-    arrays, rest = eqx.partition(given, eqx.is_array)
-    leaves, tree = jax.tree.flatten(arrays)
-    return tuple((a.shape, str(a.dtype)) for a in leaves), tree, str(jax.tree.structure(rest))
+        def booking(run: Callable) -> Callable:
+            def turn(grid: Any, inputs: tuple, *more: Any) -> Any:
+                found = run(grid, inputs, *more)
+                read = found if slopes == 0 else found[0]
+                states = next(len(one.scales) for one in inputs if hasattr(one, "scales"))
+                readings = sum(np.size(series) for series in read.values())
+                lanes = next(iter(read.values())).shape[-1]
+                self.add("lanes", simulated(readings / lanes, states, slopes), lanes)
+                return found
+
+            return turn
+
+        return booking
 
 
 @contextmanager
@@ -220,11 +196,11 @@ def kept_by(ledger: Ledger) -> Iterator[None]:
     """Book every run of a large program."""
     with ExitStack() as stack:
         for module in (derived, pointwise, scores, reference_check, problem):
-            stack.enter_context(patched(module, "in_batches", ledger.batched))
-        stack.enter_context(patched(problem, "evaluate", ledger.booking))
-        stack.enter_context(patched(optx, "minimise", ledger.minimised))
-        for name in ("_swept", "_read"):
-            stack.enter_context(patched(families, name, ledger.booking))
+            stack.enter_context(patched(module, "in_batches", ledger.in_batches))
+        stack.enter_context(patched(problem, "evaluate", ledger.evaluate))
+        stack.enter_context(patched(optx, "minimise", ledger.minimise))
+        stack.enter_context(patched(families, "_swept", ledger.lanes(1)))
+        stack.enter_context(patched(families, "_read", ledger.lanes(0)))
         yield
 
 
@@ -248,43 +224,29 @@ def _rates(core: Core) -> Row:
 
 
 def _programs(bench: Bench, core: Core) -> list[Row]:
-    """The log-posterior and its expansion, against their own count and against the least."""
-    z = jnp.asarray(bench.draws(bench.half))
-    found = bench.problem
+    """The log-posterior and its expansion."""
+    z, found = jnp.asarray(bench.draws(bench.half)), bench.problem
     density = core_time(lambda: log_posterior(found, z).block_until_ready(), bench.runs)
-    each = asked_for(log_posterior, found, z).times(1.0 / bench.half)
-    noisy = is_noise(found)
     best = bench.found.optima[0]
-    w, levels = jnp.asarray(joined(found, best.z, best.standard)), jnp.asarray(best.z[noisy])
-    steep = jax.jit(lambda w, levels: local(found, w, levels))
-    expansion = core_time(lambda: jax.block_until_ready(steep(w, levels)), bench.runs)
+    w = jnp.asarray(joined(found, best.z, best.standard))
+    levels = jnp.asarray(best.z[is_noise(found)])
+    expansion = core_time(lambda: jax.block_until_ready(local(found, w, levels)), bench.runs)
     return [
-        _row("log-posterior, a walker", density / bench.half, each, core),
-        _row("the same, exact propagation alone", density / bench.half, exact(found), core),
-        _row("expansion of the search", expansion, asked_for(local, found, w, levels), core),
+        _row("log-posterior, a walker", density / bench.half, evaluated(found), core),
+        _row("expansion of the search", expansion, expanded(found), core),
     ]
-
-
-def exact(found: Problem) -> Work:
-    """What one log-posterior takes at least, by hand.
-
-    Readings of every sample are a product of a matrix with the state some samples before, whatever
-    the state is then; each is held against one exponential, as a converter asks for.
-    """
-    readings = sum(float(np.sum(piece.weight > 0)) for piece in found.pieces)
-    return Work(
-        readings * (OF_A_SUM * STATES + OF_A_READING),
-        readings,
-        readings * np.dtype(float).itemsize,
-    )
 
 
 def _commands(bench: Bench, core: Core) -> list[Row]:
     with TemporaryDirectory() as place:
         spec = generated(HIDDEN, Path(place) / "hidden", bench.quick, "--hide", "coulomb-friction")
         return [
-            _command("`fit calibration`", lambda out: load(bench.spec.path).fit(out), core),
-            _command("`discover`, eight records", lambda out: load(spec).discover(out), core),
+            _command(
+                "`fit calibration`", lambda out: load(bench.spec.path).fit(out, quiet=True), core
+            ),
+            _command(
+                "`discover`, eight records", lambda out: load(spec).discover(out, quiet=True), core
+            ),
         ]
 
 
@@ -298,7 +260,8 @@ def _command(what: str, run: Callable[[Path], Any], core: Core) -> Row:
         ledger = Ledger()
         with kept_by(ledger):
             run(Path(place) / "booked")
-    return _row(f"{what}, in a process that has run it before", took, ledger.work, core)
+    runs = ", ".join(f"{often:,.0f} {what}" for what, often in ledger.runs.items())
+    return _row(f"{what}, in a process that has run it before", took, ledger.work, core, runs)
 
 
 def core_time(work: Callable[[], object], runs: int) -> float:
@@ -312,14 +275,14 @@ def core_time(work: Callable[[], object], runs: int) -> float:
     return statistics.median(took)
 
 
-def _row(what: str, took: float, work: Work, core: Core) -> Row:
+def _row(what: str, took: float, work: Work, core: Core, *notes: str) -> Row:
     least = core.least(work)
     note = (
         f"{work.operations:.3g} operations, {work.exponentials:.3g} exponentials, "
         f"{work.bytes:.3g} bytes in memory"
     )
     told = f"{_seconds(took)} of a core, {took / least:.2g} times {_seconds(least)}"
-    return Row(what, "what one core can do", told, "-", None, (note,))
+    return Row(what, "what one core can do", told, "-", None, (note, *notes))
 
 
 def _seconds(time: float) -> str:
