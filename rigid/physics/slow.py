@@ -331,11 +331,15 @@ def _part_of_sample(way: _Way, flat: Array, part: _Part, fine: Array) -> Array:
     h = way.interval / PARTS
     length, seconds = jnp.where(fine, FINE, PART), jnp.where(fine, h / FINER, h)
 
-    def one(number: Array, flat: Array) -> Array:
-        now = part._replace(begin=part.begin + number * seconds)
-        return _bent(way, flat, now, length, seconds)
+    def one(flat: Array, number: Array) -> tuple[Array, None]:
+        def led(flat: Array) -> Array:
+            now = part._replace(begin=part.begin + number * seconds)
+            return _bent(way, flat, now, length, seconds)
 
-    new = jax.lax.fori_loop(0, jnp.where(fine, FINER, 1), one, flat)
+        # A loop that ends where it is done would have no gradient in reverse mode.
+        return jax.lax.cond(fine | (number == 0), led, lambda flat: flat, flat), None
+
+    new = jax.lax.scan(one, flat, jnp.arange(FINER))[0]
     column = way.rig.column + way.stroke(flat, h)
     before, after = (
         flow_at(way.rig, flat, way.outside(level, part.begin + 0.5 * h), column)
