@@ -13,7 +13,7 @@ from rigid.physics.drive import STRIDE, require_apart, side_by_side
 from rigid.physics.release import ring
 from rigid.physics.rest import rest_under
 from rigid.physics.rig import Surroundings
-from rigid.physics.step_matrices import jacobian, step_matrix
+from rigid.physics.step_matrices import jacobian, step_column, step_matrix
 
 PSI = 6894.757
 BARS = {"load": 29.5, "stroke": 2.2e-5, "pressure": 0.5 * PSI}  # tenths of the sensors' steps
@@ -210,3 +210,17 @@ def test_a_switch_counts_from_its_own_instant():
 def test_two_switches_within_a_sample_are_refused():
     with pytest.raises(ValueError, match="within one sampling interval"):
         require_apart(drive(50, (0.101, 0.106), (0, 1, 0)))
+
+
+@pytest.mark.parametrize("stiff", [1e2, 1e4, 2e5])
+def test_step_column_is_that_of_the_integral(stiff: float):
+    """Errors by rounding: exp(A h) doubles 12 times, 4,096 roundings of 1e-16."""
+    rng, n, h = np.random.default_rng(8), 7, 0.01
+    scales = 10.0 ** rng.uniform(-3.0, 3.0, n)
+    balanced = rng.standard_normal((n, n)) - np.diag(np.linspace(0.0, stiff, n))
+    both = np.block([[h * balanced, h * np.eye(n)], [np.zeros((n, 2 * n))]])
+    exact = expm(both)[:n, n:][:, 4]
+    matrix = jnp.asarray(balanced * scales[:, None] / scales)[:, :, None]
+    got = np.asarray(step_column(matrix, jnp.asarray([h]), scales.tolist(), 4))[:, 0]
+    bar = 4096 * 1e-16 * np.abs(exact).max()
+    np.testing.assert_allclose(got * scales[4] / scales, exact, rtol=0.0, atol=bar)

@@ -238,7 +238,8 @@ def _at_top(
 ) -> tuple[Expansions, noise.Calibration]:
     """Expand every piece around the most probable gains and zeros, and return these.
 
-    Derivatives are those of the expansions with gains and zeros held: at the top that is exact.
+    Derivatives are those of the expansions with gains and zeros held: at the top that is exact for
+    the likelihood there, not for the determinant of its information, which moves with them.
     """
 
     def placed(each: tuple[Turn, ...]) -> list[Turns]:
