@@ -170,8 +170,8 @@ def test_reverse_gradient_is_that_of_differences(which: str, request):
     difference = (value[:size] - value[size:]) / (2 * h)
     # Rounding 1e-16 of values of 1e5 to 1e7 over h, truncation h^2 of third derivatives.
     rounding = 1e-13 * np.abs(value).max() / h
-    # Slopes hold gains and zeros, on which the determinant of the marginal depends: in a frame, where
-    # the flow fraction moves them by many sds, they are off by 2.3e-3 here, without it by 3e-4.
+    # Slopes hold gains and zeros, on which the determinant of the marginal depends: in a frame,
+    # where the flow fraction moves them by many sds, they are off by 2.3e-3, without it by 3e-4.
     exactly = 1e-5 if which == "release" else 3e-3
     np.testing.assert_allclose(got, difference, rtol=exactly, atol=rounding + 1e-3)
 
