@@ -238,8 +238,9 @@ def _at_top(
 ) -> tuple[Expansions, noise.Calibration]:
     """Expand every piece around the most probable gains and zeros, and return these.
 
-    Derivatives are those of the expansions with gains and zeros held: at the top that is exact for
-    the likelihood there, not for the determinant of its information, which moves with them.
+    Gains and zeros move with what is read; so does the determinant of their information, and with
+    it the marginal likelihood. The way to the top is not differentiated: where the top moves
+    follows from the expansion there.
     """
 
     def placed(each: tuple[Turn, ...]) -> list[Turns]:
@@ -251,9 +252,17 @@ def _at_top(
 
     @top.defjvp
     def slopes(given: tuple, moved: tuple) -> tuple:
-        at = jax.lax.stop_gradient(top(*given)[1])
-        found, change = jax.jvp(lambda e: _expanded(sensors, placed(e), at), given[:1], moved[:1])
-        return (found, at), (change, jax.tree.map(jnp.zeros_like, at))
+        def around(each: tuple[Turn, ...], at: noise.Calibration) -> Expansions:
+            return _expanded(sensors, placed(each), at)
+
+        at = top(*given)[1]
+        held = jax.tree.map(jnp.zeros_like, at)
+        found, change = jax.jvp(around, (given[0], at), (moved[0], held))
+        drift = noise.drift_of_top(
+            sensors.summed(found), sensors.summed(change), at, sensors.spread
+        )
+        found, change = jax.jvp(around, (given[0], at), (moved[0], drift))
+        return (found, at), (change, drift)
 
     return top(tuple(some.each for some in turns), start)
 

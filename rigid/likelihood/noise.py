@@ -209,6 +209,21 @@ def step(expansion: Quadratic, at: Calibration, spread: Spread | Spreads) -> Ste
     )
 
 
+def drift_of_top(
+    expansion: Quadratic, change: Quadratic, at: Calibration, spread: Spread | Spreads
+) -> Calibration:
+    """Return how fast the maximum of an expansion around `at` moves.
+
+    - `change`: of the expansion around the same gain and zero; its gradient moves the maximum by
+      minus the inverse of the Hessian times as much.
+    """
+    law = step(expansion, at, spread)
+    return Calibration(
+        law.var_gain * change.g_gain + law.covariance * change.g_zero,
+        law.covariance * change.g_gain + law.var_zero * change.g_zero,
+    )
+
+
 def with_prior(expansion: Quadratic, at: Calibration, spread: Spread | Spreads) -> Array:
     """Log-likelihood at `at` plus the log of the prior there, but for a constant."""
     gain, zero = _over(at.gain, spread.gain), _over(at.zero, spread.zero)
