@@ -1,6 +1,6 @@
 """Make the README's figure of discovery from the simulated example of docs/discovery.md.
 
-python -m rigid.generator --seed 110 --out campaign --hide piston-leakage --strength 8
+python -m rigid.generator --seed 110 --out campaign --hide hose-pressure-drop --strength 8
 python docs/figures/discovery.py campaign/calibration.toml
 """
 
