@@ -1,5 +1,6 @@
 """The inference of a fit: search, proposal, ensembles, and what the draws say."""
 
+import contextlib
 import dataclasses
 import hashlib
 import time
@@ -32,7 +33,7 @@ from rigid.inference.reference_check import SolverCheck, against_reference
 from rigid.inference.ridge import Ridge, as_wide_as_prior, ridge_of
 from rigid.inference.sample import Draws
 from rigid.inference.sampling import Kept, sampled
-from rigid.inference.search import Found, compile_programs, search_from
+from rigid.inference.search import Found, compiling, search_from
 from rigid.inference.search_cache import Searched, once
 from rigid.inference.steady_first import beginnings, steady_part, with_ease
 from rigid.io.cache import Shelf
@@ -84,7 +85,7 @@ class Calibrated:
     - `blocks`: those of short stretches of every channel.
     - `shown`, `prior_shown`: channels beside posterior and prior predictions.
     - `solver`: the fast solver against diffrax, None where nothing is solved.
-    - `seed`; `compile_s`: time until density and search were compiled.
+    - `seed`; `compile_s`: time until the search was compiled.
     """
 
     known: Searched
@@ -156,11 +157,12 @@ def calibrate(
     spec, records = asked.spec, asked.records
     seed = spec.sampler.seed if options.seed is None else options.seed
     began = time.monotonic()
-    with stage(options.quiet, "compile") as shown:
-        compile_programs(asked.problem)
-        shown.reach(0, f"{asked.problem.parameters.size} parameters")
-    compile_s = time.monotonic() - began
-    known = search_once(asked, options, folder, listener)
+    with contextlib.ExitStack() as until:
+        with stage(options.quiet, "compile") as shown:
+            until.enter_context(compiling(asked.problem))
+            shown.reach(0, f"{asked.problem.parameters.size} parameters")
+        compile_s = time.monotonic() - began
+        known = search_once(asked, options, folder, listener)
     mark = _mark(asked, seed) | {"coordinates": known.chart.mark}
     rule = {"rule": f"R-hat {spec.sampler.r_hat:g}, ESS {spec.sampler.ess:g}"}
     kept = Kept(

@@ -235,6 +235,10 @@ def _info(value: Array, gradient: Array, information: Array) -> Any:
     )
 
 
+RULES = {"has_aux": True, "max_steps": MAX_STEPS, "throw": False}
+"""Of every descent."""
+
+
 class _Asked(NamedTuple):
     problem: Problem
     z_noise: Array
@@ -260,18 +264,21 @@ def expanded(problem: Problem, w: np.ndarray, z_noise: np.ndarray) -> Expansion:
     return _minimised(problem, w, z_noise, stay=True)[1]
 
 
+def lower(problem: Problem, w: np.ndarray, z_noise: np.ndarray) -> None:
+    """Do what Python does of compiling `descend`, of which XLA's part is left."""
+    optx.minimise.lower(*_given(problem, w, z_noise, stay=False), **RULES)  # type: ignore[attr-defined]
+
+
+def _given(problem: Problem, w: np.ndarray, z_noise: np.ndarray, *, stay: bool) -> tuple:
+    """What a descent is started with."""
+    asked = _Asked(problem, jnp.asarray(z_noise), jnp.asarray(stay))
+    return _expanded, ScoringSolver(), jnp.asarray(w), asked
+
+
 def _minimised(
     problem: Problem, w: np.ndarray, z_noise: np.ndarray, *, stay: bool
 ) -> tuple[np.ndarray, Expansion]:
-    solution = optx.minimise(
-        _expanded,
-        ScoringSolver(),
-        jnp.asarray(w),
-        _Asked(problem, jnp.asarray(z_noise), jnp.asarray(stay)),
-        has_aux=True,
-        max_steps=MAX_STEPS,
-        throw=False,
-    )
+    solution = optx.minimise(*_given(problem, w, z_noise, stay=stay), **RULES)
     there: Any = solution.aux  # what `postprocess` handed over
     return np.asarray(solution.value), Expansion(
         float(there.value), np.asarray(there.gradient), np.asarray(there.information)

@@ -13,16 +13,16 @@ up to date and the best optima refined.
 import contextlib
 import dataclasses
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
 from rigid.inference.descents import AGREE, Descents, End, Led, agree, distance, through
-from rigid.inference.newton import Expansion, descend, is_noise, joined, split
+from rigid.inference.newton import Expansion, descend, is_noise, joined, lower, split
 from rigid.inference.noise_levels import fit_noise, noise_curvature, noise_gain
 from rigid.inference.profiles import other_optima
-from rigid.inference.scores import residuals, score_correlation, weighted
+from rigid.inference.scores import residuals, score_correlation, scores, weighted
 from rigid.inference.settled import Settled, away_from_top, settled
 from rigid.inference.stages import eased
 from rigid.io.errors import InputError
@@ -91,15 +91,28 @@ class Found:
         return settled([*free, *sensors], w, best.away)
 
 
-def compile_programs(problem: Problem) -> None:
-    """Have the two large programs of a fit compiled side by side; neither fills the cores alone."""
+@contextlib.contextmanager
+def compiling(problem: Problem) -> Iterator[None]:
+    """Have the programs of a fit compiled, that of the search first.
+
+    XLA fills one core with a program, and Python traces one at a time: the others are traced while
+    the search is compiled, and are ready before one leaves. What needs one earlier waits for it.
+    """
     z_noise, zero = centre(problem)
     z = np.zeros(problem.parameters.size)
     nowhere = np.full_like(joined(problem, z, zero), np.nan)  # the solver ends there at once
-    with ThreadPoolExecutor() as pool:
-        density = pool.submit(log_density, problem, z[None])
+
+    def others() -> None:
+        log_density(problem, z[None])
+        residuals(problem, z)
+        scores(problem, z)
+
+    with ThreadPoolExecutor(1) as pool:
+        lower(problem, nowhere, z_noise)
+        ready = pool.submit(others)
         descend(problem, nowhere, z_noise)
-        density.result()
+        yield
+        ready.result()
 
 
 def prior_draws(problem: Problem, count: int, seed: int) -> np.ndarray:
