@@ -2,6 +2,8 @@
 
 import dataclasses
 import re
+import shutil
+from pathlib import Path
 
 import jax
 import jax.numpy as jnp
@@ -147,26 +149,34 @@ REFUSED = {
 }  # fmt: skip
 
 
+@pytest.fixture(scope="module")
+def simulated_press(tmp_path_factory) -> Path:
+    """The folder of a press and its test, simulated once."""
+    folder = tmp_path_factory.mktemp("press")
+    MACHINES["press"](folder / "press.csv")
+    simulated_test("press", folder)
+    return folder
+
+
 @pytest.mark.parametrize("case", REFUSED)
-def test_a_test_that_cannot_be_is_refused_in_a_sentence(case, tmp_path):
+def test_a_test_that_cannot_be_is_refused_in_a_sentence(case, simulated_press, tmp_path):
     (old, new), says = REFUSED[case]
-    MACHINES["press"](tmp_path / "press.csv")
-    spec, _ = simulated_test("press", tmp_path)
-    text = spec.path.read_text("utf-8")
+    shutil.copytree(simulated_press, tmp_path, dirs_exist_ok=True)
+    path = tmp_path / "press.toml"
+    text = path.read_text("utf-8")
     assert old in text
-    spec.path.write_text(text.replace(old, new), "utf-8")
+    path.write_text(text.replace(old, new), "utf-8")
     with pytest.raises(InputError, match=re.escape(says)):
-        read_fields(load_spec(spec.path))
+        read_fields(load_spec(path))
 
 
-def test_a_test_that_does_not_begin_at_rest_is_refused(tmp_path):
-    MACHINES["press"](tmp_path / "press.csv")
-    spec, _ = simulated_test("press", tmp_path)
+def test_a_test_that_does_not_begin_at_rest_is_refused(simulated_press, tmp_path):
+    shutil.copytree(simulated_press, tmp_path, dirs_exist_ok=True)
     file = tmp_path / "press-test.csv"
     head, *rows = file.read_text("utf-8").splitlines()
     file.write_text("\n".join([head, *rows[100:]]), "utf-8")
     with pytest.raises(InputError, match="must begin at rest and out of load"):
-        read_fields(spec)
+        read_fields(load_spec(tmp_path / "press.toml"))
 
 
 def test_a_test_needs_its_machine(tmp_path):
