@@ -32,7 +32,7 @@ QUICK_COMPILER = {
 """How XLA is to compile for processors, and the last version of jaxlib that is known to have each
 setting: XLA ends a process that gives it one it does not know. Programs of many small operations
 compile in 0.4 to 0.8 of the time, and most run about as fast; exponentials take three
-times as long (docs/studies/speed.md)."""
+times as long (docs/studies/speed-notes.md)."""
 
 ROOM = 50_000
 """New objects after which Python looks for garbage in cycles; it would look after 700."""
