@@ -1,6 +1,7 @@
 """Small rigs, drives and problems that several tests share. The numbers are the paper's."""
 
 import dataclasses
+from collections.abc import Mapping
 
 import jax.numpy as jnp
 import numpy as np
@@ -171,8 +172,13 @@ def release_problem(
     return problem(group, parameters(free), truth, seed, SHEETS | {"acceleration": sheet})
 
 
-def frame_problem(samples: int = 150, seed: int = 0) -> Problem:
-    """A short frame compression: k_LC, mu, the flow fraction and three noise levels uncertain."""
+def frame_problem(
+    samples: int = 150, seed: int = 0, names=BASE, known: Mapping[str, float] | None = None
+) -> Problem:
+    """A short frame compression: k_LC, mu, the flow fraction and three noise levels uncertain.
+
+    - `names`: of its effects. - `known`: numbers of theirs that NOMINAL lacks.
+    """
     one = track(
         "frame-1,A",
         "frame",
@@ -184,6 +190,7 @@ def frame_problem(samples: int = 150, seed: int = 0) -> Problem:
         "mu": Lognormal(1e5, 10.0),
         "kappa[frame-1,A]": Lognormal(0.2, 3.0),
     }
+    free |= {name: Fixed(value) for name, value in (known or {}).items()}
     sensors = tuple(f"{q},A" for q in SlowGroup.quantities)
     listed = parameters(free, quantities=sensors)
-    return problem(SlowGroup((one,), effects(BASE)), listed, {}, seed)
+    return problem(SlowGroup((one,), effects(names)), listed, {}, seed)

@@ -62,18 +62,22 @@ def test_slip_and_force_agree(name):
 
 
 def test_slopes_of_the_force_are_those_of_the_equation():
-    """Along the free slip: a derivative through the search beside a difference of its ends."""
-    one = rubbing_of("coulomb-friction", 0.2)
-    by_force = jnp.asarray(1e-6)
+    """By the free slip, what a newton makes of it and the share carried, both ways of JAX."""
+    with_share = rubbing_of("coulomb-friction", 0.2)
 
-    def force(free):
-        return one.among(free, by_force).force
+    def force(free, by_force, share):
+        return with_share._replace(shares=(share,)).among(free, by_force).force
 
     for free in (-1e-3, 3e-6, 2e-2):
-        slope = float(jax.jvp(force, (jnp.asarray(free),), (jnp.ones(()),))[1])
-        h = 1e-5 * abs(free)
-        ends = [float(force(jnp.asarray(free + d))) for d in (-h, h)]
-        assert slope == pytest.approx((ends[1] - ends[0]) / (2 * h), rel=1e-4, abs=1e-3)
+        at = tuple(jnp.asarray(x) for x in (free, 1e-6, 0.2))
+        backward = jax.jit(jax.grad(force, (0, 1, 2)))(*at)
+        for i, (here, slope) in enumerate(zip(at, backward, strict=True)):
+            along = tuple(jnp.asarray(float(i == j)) for j in range(3))
+            assert float(jax.jvp(force, at, along)[1]) == pytest.approx(float(slope), rel=1e-12)
+            h = 1e-5 * abs(float(here))
+            ends = [force(*at[:i], here + d, *at[i + 1 :]) for d in (-h, h)]
+            difference = float(ends[1] - ends[0]) / (2 * h)
+            assert float(slope) == pytest.approx(difference, rel=1e-4, abs=1e-3)
 
 
 def test_a_search_cut_short_is_seen(monkeypatch):

@@ -243,28 +243,30 @@ def _at_top(
     follows from the expansion there.
     """
 
+    # The rule of slopes is asked for when what is traced here is done: arrays come as arguments.
     def placed(each: tuple[Turn, ...]) -> list[Turns]:
         return [some._replace(each=one) for some, one in zip(turns, each, strict=True)]
 
     @jax.custom_jvp
-    def top(each: tuple[Turn, ...], start: Start) -> tuple[Expansions, noise.Calibration]:
-        return _climbed(sensors, placed(each), start)
+    def top(
+        each: tuple[Turn, ...], start: Start, spread: Spreads
+    ) -> tuple[Expansions, noise.Calibration]:
+        return _climbed(sensors._replace(spread=spread), placed(each), start)
 
     @top.defjvp
     def slopes(given: tuple, moved: tuple) -> tuple:
         def around(each: tuple[Turn, ...], at: noise.Calibration) -> Expansions:
             return _expanded(sensors, placed(each), at)
 
+        each, _, spread = given
         at = top(*given)[1]
         held = jax.tree.map(jnp.zeros_like, at)
-        found, change = jax.jvp(around, (given[0], at), (moved[0], held))
-        drift = noise.drift_of_top(
-            sensors.summed(found), sensors.summed(change), at, sensors.spread
-        )
-        found, change = jax.jvp(around, (given[0], at), (moved[0], drift))
+        found, change = jax.jvp(around, (each, at), (moved[0], held))
+        drift = noise.drift_of_top(sensors.summed(found), sensors.summed(change), at, spread)
+        found, change = jax.jvp(around, (each, at), (moved[0], drift))
         return (found, at), (change, drift)
 
-    return top(tuple(some.each for some in turns), start)
+    return top(tuple(some.each for some in turns), start, sensors.spread)
 
 
 class _Climb(NamedTuple):

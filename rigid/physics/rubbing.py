@@ -61,11 +61,13 @@ class Rubbed(NamedTuple):
 class _Search(NamedTuple):
     """How far a search for the slip of a step has come.
 
-    - `slip` [m/s]: where it looks next. - `found`: what bristles do where it looked last.
-    - `open`: whether that still moves the slip of any walker. - `turn`: how often it has looked.
+    - `slip` [m/s]: where it looks next. - `at` [m/s]: where it looked last. - `found`: what
+      bristles do there. - `open`: whether that still moves the slip of any walker. - `turn`: how
+      often it has looked.
     """
 
     slip: Array
+    at: Array
     found: Rubbed
     open: Array
     turn: Array
@@ -95,26 +97,16 @@ class Rubbing(NamedTuple):
         - `free`: mean slip without their force [m/s]. - `by_force`: slip that a newton of it makes
           [m/s/N].
         """
+        return _agreed(self, free, by_force)[1]
 
-        def excess(slip: Array) -> tuple[Array, Rubbed]:
-            found = self.at(slip)
-            return slip - free - by_force * found.force, found
+    def excess(self, slip: Array, free: Array, by_force: Array) -> tuple[Array, Rubbed]:
+        """By how much a slip is more than what the rig makes of their force, and what they do."""
+        found = self.at(slip)
+        return slip - free - by_force * found.force, found
 
-        side = jnp.sign(free + by_force * self._held())
-
-        def toward(search: _Search) -> _Search:
-            here, direction = (search.slip,), (jnp.ones_like(free),)
-            off, slope, found = jax.jvp(excess, here, direction, has_aux=True)
-            slip = side * jnp.maximum(side * (search.slip - off / slope), 0.0)
-            change = jnp.abs(slip - search.slip)
-            moves = jnp.any(change > SETTLED * jnp.abs(slip) + STILL)
-            return _Search(slip, found, moves, search.turn + 1)
-
-        # In a loop: beside each other, every turn would work out again what all of them take.
-        none = jnp.zeros_like(free)
-        nothing = Rubbed(tuple(none for _ in self.shares), none)
-        start = _Search(side * FAST, nothing, jnp.asarray(True), jnp.asarray(0))
-        return jax.lax.while_loop(lambda s: s.open & (s.turn < MOST_TURNS), toward, start).found
+    def side(self, free: Array, by_force: Array) -> Array:
+        """To which side they slip, -1 or 1: that of the slip which their force at rest leaves."""
+        return jnp.sign(free + by_force * self._held())
 
     def _held(self) -> Array:
         """Force [N] at rest, where every share stays as it is: it changes as the speed does."""
@@ -124,3 +116,43 @@ class Rubbing(NamedTuple):
 
     def _slipping(self, slip: Array) -> State:
         return self.state._replace(v_plunger=self.state.v_cylinder + slip)
+
+
+@jax.custom_jvp
+def _agreed(rubbing: Rubbing, free: Array, by_force: Array) -> tuple[Array, Rubbed]:
+    """The slip at which bristles and rig agree, and what the bristles do there.
+
+    The way to it is not differentiated: how the slip moves follows from where it is. So slopes cost
+    one turn in place of all of them, and there are some in reverse, where a loop has none.
+    """
+    side = rubbing.side(free, by_force)
+
+    def toward(search: _Search) -> _Search:
+        def excess(slip: Array) -> tuple[Array, Rubbed]:
+            return rubbing.excess(slip, free, by_force)
+
+        at = search.slip
+        off, slope, found = jax.jvp(excess, (at,), (jnp.ones_like(free),), has_aux=True)
+        slip = side * jnp.maximum(side * (at - off / slope), 0.0)
+        change = jnp.abs(slip - at)
+        moves = jnp.any(change > SETTLED * jnp.abs(slip) + STILL)
+        return _Search(slip, at, found, moves, search.turn + 1)
+
+    # In a loop: beside each other, every turn would work out again what all of them take.
+    none = jnp.zeros_like(free)
+    nothing = Rubbed(tuple(none for _ in rubbing.shares), none)
+    start = _Search(side * FAST, none, nothing, jnp.asarray(True), jnp.asarray(0))
+    ended = jax.lax.while_loop(lambda s: s.open & (s.turn < MOST_TURNS), toward, start)
+    return ended.at, ended.found
+
+
+@_agreed.defjvp
+def _moved(given: tuple, change: tuple) -> tuple:
+    """How both move: the excess stays nothing."""
+    slip, found = _agreed(*given)
+    (_, _), (push, held) = jax.jvp(lambda *rig: rig[0].excess(slip, *rig[1:]), given, change)
+    one = (jnp.ones_like(slip),)
+    (_, _), (slope, by_slip) = jax.jvp(lambda slip: given[0].excess(slip, *given[1:]), (slip,), one)
+    drift = -push / slope
+    more = jax.tree.map(lambda still, each: still + each * drift, held, by_slip)
+    return (slip, found), (drift, more)
