@@ -73,7 +73,6 @@ def test_the_density_is_that_of_the_command_to_the_bit(study, path, z):
     np.testing.assert_array_equal(log_density(problem, z), expected)
 
 
-@pytest.mark.slow
 def test_the_density_maps_compiles_and_has_gradients(study, z):
     density = study.log_posterior
     rows = jnp.asarray(z)
