@@ -102,14 +102,9 @@ def compiling(problem: Problem) -> Iterator[None]:
     z = np.zeros(problem.parameters.size)
     nowhere = np.full_like(joined(problem, z, zero), np.nan)  # the solver ends there at once
 
-    def others() -> None:
-        log_density(problem, z[None])
-        residuals(problem, z)
-        scores(problem, z)
-
     with ThreadPoolExecutor(1) as pool:
         lower(problem, nowhere, z_noise)
-        ready = pool.submit(others)
+        ready = pool.submit(scores, problem, z)  # asks for all others
         descend(problem, nowhere, z_noise)
         yield
         ready.result()
