@@ -267,7 +267,7 @@ def compared(
         points=len(ended),
         ended=int(ended.sum()),
         sensors=_worst(problem, fast, exact, ended) if ended.any() else (),
-        differences=(both[1] - both[0])[ended],
+        differences=both[1][ended] - both[0][ended],
     )
 
 
