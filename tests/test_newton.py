@@ -13,6 +13,7 @@ from rigid.inference.proposal import MixtureProposal, Mode, ModeWeights
 from rigid.inference.ridge import ridge_of
 from rigid.inference.search import prior_draws, search, search_from
 from rigid.inference.search_cache import Searched, once
+from rigid.inference.stages import eased
 from rigid.io.cache import Shelf
 
 TRUE = {"k_LC": 6e7, "mu": 2e4}
@@ -111,6 +112,12 @@ def test_search_finds_the_right_optimum(release):
     assert levels[-1] - levels[0] > 1e3
     for optimum in found.optima:
         assert np.linalg.eigvalsh(optimum.covariance).min() > 0
+
+
+@pytest.mark.parametrize(("noise", "louder"), [(0.1, 1), (0.35, 1), (15.0, 0)])
+def test_noise_under_which_nothing_is_told_leads_nowhere(noise: float, louder: int):
+    """Under such noise all starts would meet, and one of two modes be lost (test_modes)."""
+    assert len(eased(release_problem(TRUE, samples=192, noise=noise))) == louder + 1
 
 
 def test_what_two_starts_agree_on_is_told_before_the_others_go(release, monkeypatch):

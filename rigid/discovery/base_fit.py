@@ -102,10 +102,13 @@ def led_on(local: LocalFit) -> LocalFit:
 
 
 def _coarsely(problem: Problem, z: np.ndarray) -> tuple[np.ndarray, Expansion]:
-    """Where easier problems lead from z (size,), and the last of them expanded there."""
-    z_noise, zero = centre(problem)
+    """Where easier problems lead from z (size,), and the last of them expanded there.
+
+    Where there is none, the problem itself leads.
+    """
+    (z_noise, zero), stages = centre(problem), eased(problem)
     end = joined(problem, z, zero)
-    for easier in eased(problem)[:-1]:
+    for easier in stages[:-1] or stages:
         end, there = descend(easier, end, z_noise)
     return end, there
 
