@@ -115,7 +115,7 @@ def test_search_finds_the_right_optimum(release):
 
 
 @pytest.mark.parametrize(("noise", "louder"), [(0.1, 1), (0.35, 1), (15.0, 0)])
-def test_noise_under_which_nothing_is_told_leads_nowhere(noise: float, louder: int):
+def test_louder_noise_is_left_out_where_nothing_is_told_under_it(noise: float, louder: int):
     """Under such noise all starts would meet, and one of two modes be lost (test_modes)."""
     assert len(eased(release_problem(TRUE, samples=192, noise=noise))) == louder + 1
 

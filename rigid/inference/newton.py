@@ -265,7 +265,7 @@ def expanded(problem: Problem, w: np.ndarray, z_noise: np.ndarray) -> Expansion:
 
 
 def lower(problem: Problem, w: np.ndarray, z_noise: np.ndarray) -> None:
-    """Do what Python does of compiling `descend`, of which XLA's part is left."""
+    """Trace `descend` and lower it, so that only XLA's compiling is left."""
     optx.minimise.lower(*_given(problem, w, z_noise, stay=False), **RULES)  # type: ignore[attr-defined]
 
 

@@ -96,12 +96,11 @@ def compiling(problem: Problem) -> Iterator[None]:
     """Have the programs of a fit compiled, that of the search first.
 
     XLA fills one core with a program, and Python traces one at a time: the others are traced while
-    the search is compiled, and are ready before one leaves. What needs one earlier waits for it.
+    the search is compiled, and are ready when the context ends. What needs one earlier waits.
     """
     z_noise, zero = centre(problem)
     z = np.zeros(problem.parameters.size)
     nowhere = np.full_like(joined(problem, z, zero), np.nan)  # the solver ends there at once
-
     with ThreadPoolExecutor(1) as pool:
         lower(problem, nowhere, z_noise)
         ready = pool.submit(scores, problem, z)  # asks for all others

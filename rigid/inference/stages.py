@@ -26,10 +26,11 @@ def eased(problem: Problem) -> tuple[Problem, ...]:
     them, before the whole.
     """
     swings = [track.of.solver == "machine" for group in problem.groups for track in group.tracks]
-    enough = TELLING * problem.parameters.size
-    ways = [(times, 1.0) for times in COARSE if _told(problem) > enough * times**2]
     if any(swings):
         ways = [(COARSE[-1], HORIZONS[0]), *((1.0, share) for share in HORIZONS)]
+    else:
+        told, enough = _told(problem), TELLING * problem.parameters.size
+        ways = [(times, 1.0) for times in COARSE if told > enough * times**2]
     return *(_easier(problem, *way) for way in ways), problem
 
 

@@ -243,7 +243,7 @@ def _at_top(
     follows from the expansion there.
     """
 
-    # The rule of slopes is asked for when what is traced here is done: arrays come as arguments.
+    # JAX asks for the rule of slopes after this trace has ended, so arrays must come as arguments.
     def placed(each: tuple[Turn, ...]) -> list[Turns]:
         return [some._replace(each=one) for some, one in zip(turns, each, strict=True)]
 

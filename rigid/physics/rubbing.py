@@ -105,7 +105,7 @@ class Rubbing(NamedTuple):
         return slip - free - by_force * found.force, found
 
     def side(self, free: Array, by_force: Array) -> Array:
-        """To which side they slip, -1 or 1: that of the slip which their force at rest leaves."""
+        """To which side they slip, -1, 0 or 1: that of the slip which force at rest leaves."""
         return jnp.sign(free + by_force * self._held())
 
     def _held(self) -> Array:
@@ -122,8 +122,8 @@ class Rubbing(NamedTuple):
 def _agreed(rubbing: Rubbing, free: Array, by_force: Array) -> tuple[Array, Rubbed]:
     """The slip at which bristles and rig agree, and what the bristles do there.
 
-    The way to it is not differentiated: how the slip moves follows from where it is. So slopes cost
-    one turn in place of all of them, and there are some in reverse, where a loop has none.
+    The way to it is not differentiated: how the slip moves follows from where it is. So slopes
+    take two turns however many led there, and reverse mode works, which fails for such a loop.
     """
     side = rubbing.side(free, by_force)
 
