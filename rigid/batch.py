@@ -15,7 +15,7 @@ def batch(options: Options) -> int:
     """Fit all specs and write all files; returns 0, or 1 if any result must not be used."""
     from rigid.io.runtime import prepare
 
-    prepare()
+    prepare(as_command=True)
     from rigid.study.season import season
 
     folder = Path(options.spec)

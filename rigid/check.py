@@ -27,7 +27,7 @@ def check(options: Options) -> int:
 
     from rigid.io.runtime import prepare
 
-    prepare()
+    prepare(as_command=True)
     from rigid.study.study import Study
 
     found = Study(spec).check()

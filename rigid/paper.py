@@ -18,7 +18,7 @@ def paper(options: Options) -> int:
     """Compute and write all files; returns 0, or 1 if something differs without a reason."""
     from rigid.io.runtime import prepare
 
-    prepare()
+    prepare(as_command=True)
     from rigid.study.paper import reproduce
 
     found = reproduce(

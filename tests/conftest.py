@@ -17,6 +17,9 @@ os.environ.setdefault(
     ),
 )
 
+# Tests change code as it runs: what is traced of it must not be kept.
+os.environ.setdefault("RIGID_TRACINGS", "0")
+
 from rigid.io.runtime import prepare
 from rigid.jobs.memory import shed
 

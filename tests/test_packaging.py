@@ -14,8 +14,8 @@ from rigid.__main__ import COMMANDS
 PACKAGE = Path(rigid.__file__).parent
 ROOT = PACKAGE.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-NOT_IMPORTED = {"h5netcdf"}
-"""xarray takes it by its name."""
+NOT_IMPORTED = {"flatbuffers", "h5netcdf"}
+"""jax.export and xarray take them by their names."""
 CLUSTER = {"dask", "distributed"}
 """Of the extra `cluster`, imported where --workers asks for them; the second brings the first."""
 

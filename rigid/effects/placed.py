@@ -56,7 +56,6 @@ ANYWHERE = (PLUNGER, "cylinder-momentum", "load-cell", "sensor")
 """Equations that every joint has."""
 
 
-@cache
 def placed(
     effect: type[AbstractEffect],
     place: str,
@@ -68,6 +67,13 @@ def placed(
     - `shared`: names of numbers that are the same at all joints; others are the joint's own.
     - `usual`: in this machine, which the catalogue's priors go with.
     """
+    return _placed(effect, place, shared, usual)
+
+
+@cache
+def _placed(
+    effect: type[AbstractEffect], place: str, shared: frozenset[str], usual: Scales
+) -> type[AbstractEffect]:
     infos = tuple(
         dataclasses.replace(
             info,
@@ -89,6 +95,7 @@ def placed(
     own: dict[str, Any] = {
         "__module__": effect.__module__,
         "__doc__": effect.__doc__,
+        "made": (_placed, (effect, place, shared, usual)),
         "name": f"{effect.name} at {place}",
         "place": place,
         "origin": effect,

@@ -9,7 +9,6 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
@@ -18,6 +17,7 @@ from rigid.inference.calibrate import KEPT_STEPS, MODE_DRAWS, PREDICTED, TABLED_
 from rigid.inference.friction_curve import FREQUENCIES, scopes
 from rigid.inference.newton import is_noise
 from rigid.inference.tangents import tangents
+from rigid.io.compiled import compiled
 from rigid.io.errors import InputError
 from rigid.io.progress import duration
 from rigid.jobs.memory import available
@@ -257,7 +257,7 @@ def _slow(group: SlowGroup) -> float:
     return fine * FINE + group.samples * COARSE
 
 
-@eqx.filter_jit
+@compiled
 def _short_steps(drives: Drives) -> tuple[Array, Array]:
     """Count steps in which a valve moves or has just moved; these and all under a pump.
 

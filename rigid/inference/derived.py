@@ -3,13 +3,13 @@
 import dataclasses
 from collections.abc import Sequence
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
 from rigid.inference.friction_curve import Friction, friction, in_rows, scopes
 from rigid.inference.search import Found
+from rigid.io.compiled import compiled
 from rigid.likelihood.channels import Piece
 from rigid.likelihood.correlation import ahead, noise_law
 from rigid.likelihood.parameters import Parameters
@@ -42,7 +42,7 @@ class ChannelDraws:
     correlation_time: float
 
 
-@eqx.filter_jit
+@compiled
 def _values(parameters: Parameters, z: Array) -> dict[str, Array]:
     return parameters.values(z)
 

@@ -3,13 +3,13 @@
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 from jax.typing import ArrayLike
 
 from rigid.effects import AbstractEffect
+from rigid.io.compiled import compiled
 from rigid.likelihood.parameters import Scoped
 from rigid.likelihood.problem import Problem
 from rigid.physics.rig import friction_of
@@ -44,7 +44,7 @@ def in_rows(draws: np.ndarray) -> Iterator[np.ndarray]:
         yield np.pad(rows, ((0, ROWS - len(rows)), *((0, 0),) * (rows.ndim - 1)), mode="edge")
 
 
-@eqx.filter_jit
+@compiled
 def _seen(
     effects: tuple[type[AbstractEffect], ...], values: dict[str, Array], omega: Array
 ) -> Array:

@@ -18,6 +18,7 @@ import optimistix as optx
 from jax import Array
 
 from rigid.inference.tangents import tangents
+from rigid.io.compiled import compiled
 from rigid.likelihood.channels import Piece
 from rigid.likelihood.groups import predictions
 from rigid.likelihood.problem import Problem
@@ -58,7 +59,7 @@ def joined(problem: Problem, z: np.ndarray, standard: np.ndarray) -> np.ndarray:
     return np.concatenate([np.asarray(z)[~is_noise(problem)], np.asarray(standard).ravel()])
 
 
-@eqx.filter_jit
+@compiled
 def split(
     problem: Problem, w: Array | np.ndarray, z_noise: Array | np.ndarray
 ) -> tuple[Array, Array]:
@@ -69,7 +70,7 @@ def split(
     return z.at[np.flatnonzero(noisy)].set(z_noise), jnp.asarray(w[len(free) :]).reshape(-1, 2)
 
 
-@eqx.filter_jit
+@compiled
 def local(problem: Problem, w: Array, z_noise: Array) -> Expansion:
     """Expand the negative log-posterior around w; noise levels `z_noise` are held."""
     z, standard = split(problem, w, z_noise)
@@ -235,10 +236,6 @@ def _info(value: Array, gradient: Array, information: Array) -> Any:
     )
 
 
-RULES = {"has_aux": True, "max_steps": MAX_STEPS, "throw": False}
-"""Of every descent."""
-
-
 class _Asked(NamedTuple):
     problem: Problem
     z_noise: Array
@@ -266,20 +263,30 @@ def expanded(problem: Problem, w: np.ndarray, z_noise: np.ndarray) -> Expansion:
 
 def lower(problem: Problem, w: np.ndarray, z_noise: np.ndarray) -> None:
     """Trace `descend` and lower it, so that only XLA's compiling is left."""
-    optx.minimise.lower(*_given(problem, w, z_noise, stay=False), **RULES)  # type: ignore[attr-defined]
+    _led.lower(*_given(problem, w, z_noise, stay=False))
 
 
-def _given(problem: Problem, w: np.ndarray, z_noise: np.ndarray, *, stay: bool) -> tuple:
+def _given(
+    problem: Problem, w: np.ndarray, z_noise: np.ndarray, *, stay: bool
+) -> tuple[_Asked, Array]:
     """What a descent is started with."""
-    asked = _Asked(problem, jnp.asarray(z_noise), jnp.asarray(stay))
-    return _expanded, ScoringSolver(), jnp.asarray(w), asked
+    return _Asked(problem, jnp.asarray(z_noise), jnp.asarray(stay)), jnp.asarray(w)
+
+
+@compiled
+def _led(asked: _Asked, w: Array) -> tuple[Array, Expansion, Array]:
+    """Lead w to an optimum; returns it, the expansion there, and how many it took."""
+    solution = optx.minimise(
+        _expanded, ScoringSolver(), w, asked, has_aux=True, max_steps=MAX_STEPS, throw=False
+    )
+    there: Any = solution.aux  # what `postprocess` handed over
+    return solution.value, there, solution.stats["num_steps"]
 
 
 def _minimised(
     problem: Problem, w: np.ndarray, z_noise: np.ndarray, *, stay: bool
 ) -> tuple[np.ndarray, Expansion]:
-    solution = optx.minimise(*_given(problem, w, z_noise, stay=stay), **RULES)
-    there: Any = solution.aux  # what `postprocess` handed over
-    return np.asarray(solution.value), Expansion(
+    end, there, _ = _led(*_given(problem, w, z_noise, stay=stay))
+    return np.asarray(end), Expansion(
         float(there.value), np.asarray(there.gradient), np.asarray(there.information)
     )

@@ -4,13 +4,13 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
 from rigid.inference.search import Found
+from rigid.io.compiled import compiled
 from rigid.likelihood.noise import total
 from rigid.likelihood.problem import Problem, in_batches, predict
 
@@ -68,7 +68,7 @@ def _lengths(found: Found) -> tuple[int, ...]:
     return tuple(out)
 
 
-@eqx.filter_jit
+@compiled
 def _sums(
     problem: Problem, predictions: list, z: Array, faults: dict[str, Array], lengths: tuple
 ) -> Array:

@@ -6,7 +6,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from typing import Any
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -14,6 +13,7 @@ from jax import Array
 from jaxtyping import Bool, Float
 
 from rigid.inference.summary import Check
+from rigid.io.compiled import compiled
 from rigid.likelihood.channels import Piece
 from rigid.likelihood.groups import AbstractGroup, MotionGroup
 from rigid.likelihood.marginal import marginal_likelihood
@@ -271,7 +271,7 @@ def compared(
     )
 
 
-@eqx.filter_jit
+@compiled
 def _log_likelihood(problem: Problem, series: list, values: dict[str, Array]) -> Array:
     """Log-likelihood (walkers,) of predicted readings."""
     return marginal_likelihood(problem.pieces, series, values).value

@@ -2,11 +2,11 @@
 
 from collections.abc import Mapping
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from rigid.io.compiled import compiled
 from rigid.likelihood.correlation import noise_law
 from rigid.likelihood.noise_spectrum import NoiseLaw
 from rigid.likelihood.problem import Problem, evaluate, in_batches, predict
@@ -21,7 +21,7 @@ def scores(problem: Problem, z: np.ndarray) -> list[np.ndarray]:
     return [np.asarray(s) for s in _slopes(problem, read, sensors, jnp.asarray(z))]
 
 
-@eqx.filter_jit
+@compiled
 def _slopes(problem: Problem, predictions: list, sensors: dict, z: Array) -> list[Array]:
     """Slopes given the readings of one walker and its sensors' gains and zeros (2, 1)."""
     values = problem.parameters.values(z[None])

@@ -16,7 +16,8 @@ from rigid.io.errors import EnvironmentFaultError
 
 CACHE = "RIGID_CACHE"
 """Environment variable that names the folder of compiled programs; empty: none are kept."""
-
+TRACINGS = "RIGID_TRACINGS"
+"""Environment variable: 1 where what JAX has traced is kept there, too."""
 
 NEVER = ("0", "false", "off", "no", "f", "n")
 """Values of JAX_ENABLE_X64 with which JAX stays at 32 bits."""
@@ -47,8 +48,10 @@ def cache_folder() -> Path | None:
     return Path(base) / "rigid" / "programs"
 
 
-def prepare() -> None:
+def prepare(*, as_command: bool = False) -> None:
     """Set up the whole process: 64-bit floats, quick compiling, kept programs, one thread of BLAS.
+
+    - `as_command`: what is traced is kept, too, since no one changes the code while it runs.
 
     Call it before anything is compiled. Arrays that JAX made in 32 bits before stay as they are;
     those of rigid are made afterwards. A folder that the user has chosen is kept, and so is a
@@ -67,6 +70,8 @@ def prepare() -> None:
     import jax
 
     jax.config.update("jax_enable_x64", True)
+    if as_command:
+        os.environ.setdefault(TRACINGS, "1")
     _one_thread()
     folder, chosen = cache_folder(), jax.config.values.get("jax_compilation_cache_dir")
     if folder is None or chosen is not None:
@@ -74,6 +79,17 @@ def prepare() -> None:
     jax.config.update("jax_compilation_cache_dir", str(folder))
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.2)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", 0)
+
+
+def tracings() -> Path | None:
+    """Folder of what JAX has traced; None where none is to be kept.
+
+    A library's user may change the code that is running, a device has programs of its own.
+    """
+    import jax
+
+    wanted = os.environ.get(TRACINGS) == "1" and not jax.config.values["jax_debug_nans"]
+    return cache_folder() if wanted and jax.default_backend() == "cpu" else None
 
 
 def _compile_quickly() -> None:

@@ -41,9 +41,9 @@ def shed(held: int) -> bool:
     crowded = MAPS.exists() and MAPS.read_bytes().count(b"\n") >= MOST_MAPS
     if not crowded and resident() - held < MOST_MEMORY:
         return False
-    import jax
+    from rigid.io.compiled import forget
 
-    jax.clear_caches()
+    forget()
     give_back()
     return True
 

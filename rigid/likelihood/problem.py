@@ -13,6 +13,7 @@ import numpy as np
 from jax import Array
 
 from rigid.effects import AbstractEffect
+from rigid.io.compiled import compiled
 from rigid.io.runtime import require_double
 from rigid.likelihood.channels import Piece
 from rigid.likelihood.groups import AbstractGroup, predictions
@@ -125,7 +126,7 @@ class Problem(eqx.Module):
         return eqx.tree_at(lambda q: [p.weight for p in q.pieces], self, new)
 
 
-@eqx.filter_jit
+@compiled
 def evaluate(problem: Problem, z: Array) -> Evaluation:
     """`problem.evaluate`, compiled once for all problems of the same shape."""
     return problem.evaluate(z)
@@ -136,7 +137,7 @@ def log_posterior(problem: Problem, z: Array) -> Array:
     return evaluate(problem, z).log_posterior
 
 
-@eqx.filter_jit
+@compiled
 def predict(problem: Problem, z: Array) -> list[dict[str, Array]]:
     """Ideal readings at z (walkers, size), compiled."""
     return problem.predict(problem.parameters.values(z))

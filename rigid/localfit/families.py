@@ -14,13 +14,13 @@ from collections.abc import Callable, Container, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
 from rigid.effects import AbstractEffect
+from rigid.io.compiled import compiled
 from rigid.likelihood.groups import AbstractGrid, AbstractGroup
 from rigid.likelihood.per_record import of_all
 from rigid.likelihood.problem import Problem
@@ -166,7 +166,7 @@ def holding(found: tuple[Family, ...], effects: Iterable[type[AbstractEffect]]) 
     raise KeyError(sorted(e.name for e in wanted))
 
 
-@eqx.filter_jit
+@compiled
 def _moving(
     groups: tuple[AbstractGroup, ...], values: dict[str, Array], tangents: dict[str, Array]
 ) -> tuple[list[tuple], list[tuple]]:
@@ -174,19 +174,19 @@ def _moving(
     return jax.jvp(lambda v: [group.inputs(v) for group in groups], (values,), (tangents,))
 
 
-@eqx.filter_jit
+@compiled
 def _inputs(groups: tuple[AbstractGroup, ...], values: dict[str, Array]) -> list[tuple]:
     """What the simulation of each group takes."""
     return [group.inputs(values) for group in groups]
 
 
-@eqx.filter_jit
+@compiled
 def _swept(grid: AbstractGrid, inputs: tuple, tangents: tuple) -> Parts:
     """Readings on a grid and their derivatives; groups of one shape share the program."""
     return jax.jvp(grid.simulate, (inputs,), (tangents,))
 
 
-@eqx.filter_jit
+@compiled
 def _read(grid: AbstractGrid, inputs: tuple) -> dict[str, Array]:
     """Readings on a grid; groups of one shape share the program."""
     return grid.simulate(inputs)

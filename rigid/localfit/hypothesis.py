@@ -10,7 +10,6 @@ from collections.abc import Container, Iterable, Iterator, Mapping
 from functools import cached_property
 from typing import NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -19,6 +18,7 @@ from jaxtyping import Float
 
 from rigid.effects import AbstractEffect
 from rigid.inference.newton import is_noise
+from rigid.io.compiled import compiled
 from rigid.likelihood.listing import of_effect, of_records
 from rigid.likelihood.parameters import Parameter
 from rigid.likelihood.priors import AbstractPrior
@@ -185,7 +185,7 @@ class Hypothesis:
         return np.array([level[f"noise[{s}]"] for s in self.problem.sensors])
 
 
-@eqx.filter_jit
+@compiled
 def _placed(prior: AbstractPrior, z: Array) -> tuple[Array, Array]:
     """Value of a law at standard normal z, and its slope by it."""
     return jax.jvp(prior.from_standard, (z,), (jnp.ones_like(z),))

@@ -9,13 +9,13 @@ from collections.abc import Mapping
 from functools import cached_property
 from typing import Any
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 from jaxtyping import Float
 from scipy.linalg import cho_factor, cho_solve
 
+from rigid.io.compiled import compiled
 from rigid.likelihood.channels import SensorSheet
 from rigid.likelihood.priors import AbstractPrior
 from rigid.localfit.families import Family
@@ -105,7 +105,7 @@ class LocalFit:
         return {"median": median, "q05": low, "q95": high, "unit": parameter.unit}
 
 
-@eqx.filter_jit
+@compiled
 def _levels(sheet: SensorSheet, residual: Array, weight: Array, sigma: Array) -> Array:
     """Log-likelihood of a channel's samples (n,) for several noise levels (levels,)."""
     return weight @ sheet.noise_model(sigma)(residual[:, None]).value

@@ -82,6 +82,7 @@ def one_of(members: tuple[type[AbstractEffect], ...]) -> type[AbstractEffect]:
     first = members[0]
     own: dict[str, Any] = {
         "__module__": __name__,
+        "made": (one_of, (members,)),
         "members": members,
         "name": " or ".join(law.name for law in members),
         "equation": first.equation,

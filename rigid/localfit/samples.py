@@ -5,11 +5,11 @@ from collections.abc import Container
 from functools import cached_property
 from typing import NamedTuple
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from rigid.io.compiled import compiled
 from rigid.likelihood.channels import SensorSheet
 from rigid.likelihood.problem import Problem
 from rigid.likelihood.set_aside import Aside, listed
@@ -181,7 +181,7 @@ class Terms(NamedTuple):
     curvature: np.ndarray
 
 
-@eqx.filter_jit
+@compiled
 def _terms(
     stretches: tuple[Stretch, ...], residual: Array, sigma: Array
 ) -> list[tuple[Array, Array, Array]]:

@@ -19,6 +19,7 @@ import optimistix
 from jax import Array
 from jax.typing import ArrayLike
 
+from rigid.io.compiled import compiled
 from rigid.physics.delay import READ
 from rigid.physics.drive import EDGE, STRIDE, Drives
 from rigid.physics.rest import rest_under
@@ -188,7 +189,7 @@ def _now(outside: Surroundings, time: ArrayLike, strap: "Strap | None" = None) -
     return now if strap is None else now._replace(force=now.force + strap.force(time))
 
 
-@eqx.filter_jit
+@compiled
 def _stretch(
     rigs: Rig,
     outside: Surroundings,
@@ -267,7 +268,7 @@ class _Way(NamedTuple):
     rows: dict[str, Array]
 
 
-@eqx.filter_jit
+@compiled
 def _laid(
     track: Array,
     contact: Array,
@@ -330,7 +331,7 @@ def _averaged(series: Array, times: int, mean: tuple[Array, Array] | None) -> Ar
     return each[0] + mean[0] * (jnp.tensordot(WEIGHTS, each[1:], axes=1) - each[0])
 
 
-@eqx.filter_jit
+@compiled
 def _overlaid(here: Array, series: Readings, before: Readings) -> Readings:
     """Take a stretch where it is, what was before elsewhere."""
     return Readings(*(jnp.where(here, a, b) for a, b in zip(series, before, strict=True)))

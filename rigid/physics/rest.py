@@ -1,18 +1,18 @@
 """Where the rig rests before a record begins."""
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jax import Array
 from jax.typing import ArrayLike
 
+from rigid.io.compiled import compiled
 from rigid.physics.rig import Rig, Surroundings
 
 NEWTON_STEPS = 4
 """One is exact for a linear spring; a stiffening one is solved to rounding in four."""
 
 
-@eqx.filter_jit
+@compiled
 def rest_under(rig: Rig, preload: ArrayLike, contact: ArrayLike = 0.0) -> Array:
     """Return the state at rest under a compressive `preload` [N] on the plate: forces balance.
 

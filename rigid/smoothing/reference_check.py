@@ -9,13 +9,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
 from rigid.inference.reference_check import SensorError, SolverCheck
+from rigid.io.compiled import compiled
 from rigid.physics.full import TOLERANCE, Given, driven
 from rigid.physics.sensors import UNITS
 from rigid.smoothing.field import Channel, Field, liveliest
@@ -118,7 +118,7 @@ def _summed(first: np.ndarray, moves: np.ndarray) -> np.ndarray:
     return np.concatenate([begun, begun + np.cumsum(moves, axis=1)], axis=1)
 
 
-@eqx.filter_jit
+@compiled
 def _read(rigs: DrawBatch, told: Inferred, length: float, tolerance: float) -> Array:
     """What the sensors read of the full solve, (draws, samples, channels)."""
 

@@ -4,13 +4,13 @@ from collections.abc import Callable, Iterator
 from itertools import islice
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
 from rigid.io.cache import NOTHING_KEPT, Shelf
+from rigid.io.compiled import compiled
 from rigid.smoothing import kalman
 from rigid.smoothing.field import BLOCK, Field, node_places, rough
 from rigid.smoothing.interval import Interval, intervals
@@ -56,7 +56,7 @@ class Keeping(NamedTuple):
 NOWHERE = Keeping(NOTHING_KEPT, lambda _: None)
 
 
-@eqx.filter_jit
+@compiled
 def _tables(draws: DrawBatch, path: Rough, length: float) -> Interval:
     """Nodes of a block for a batch of draws."""
 
@@ -66,7 +66,7 @@ def _tables(draws: DrawBatch, path: Rough, length: float) -> Interval:
     return jax.vmap(one, in_axes=-1)(draws)
 
 
-@eqx.filter_jit
+@compiled
 def _start(draws: DrawBatch, keys: Array | None, ways: int) -> Filtered:
     """What is known before the first sample; `keys` as in `filtered`, `ways` of one draw."""
 

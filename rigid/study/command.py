@@ -31,7 +31,7 @@ def ask(question: "Callable[..., CommandResult]", options: Options) -> int:
         from rigid.spec.opening import open_spec
 
         spec = open_spec(options)
-        prepare()
+        prepare(as_command=True)
         from rigid.study.study import Study
 
     how = {"seed": options.seed, "resume": options.resume, "quiet": options.quiet}

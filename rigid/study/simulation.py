@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jax import Array
 from jax.typing import ArrayLike
 
+from rigid.io.compiled import compiled
 from rigid.likelihood.parameters import require_known
 from rigid.likelihood.problem import Problem
 
@@ -38,7 +38,7 @@ def simulate(problem: Problem, values: Mapping[str, ArrayLike], key: Array | Non
     return _noisy(problem, readings, medians | given, key)
 
 
-@eqx.filter_jit
+@compiled
 def _readings(problem: Problem, values: dict[str, Array]) -> Readings:
     """Readings with gains and zeros, without noise, on the grids of the groups."""
     out: Readings = {}

@@ -19,12 +19,11 @@ from unittest import mock
 import jax
 import jax.numpy as jnp
 import numpy as np
-import optimistix as optx
 from campaign import Bench, median_time
 from table import Row
 from wait import HIDDEN, generated
 
-from rigid.inference import derived, pointwise, reference_check, scores
+from rigid.inference import derived, newton, pointwise, reference_check, scores
 from rigid.inference.newton import is_noise, joined, local
 from rigid.inference.tangents import tangents
 from rigid.likelihood import problem
@@ -163,14 +162,15 @@ class Ledger:
 
         return each
 
-    def minimise(self, run: Callable) -> Callable:
-        """`optimistix.minimise` of a search, booked: an expansion a step."""
+    def led(self, run: Callable) -> Callable:
+        """A descent of a search, booked: an expansion a step."""
 
-        def lead(fn: Callable, solver: Any, y0: jax.Array, args: Any, **more: Any) -> Any:
-            solution = run(fn, solver, y0, args, **more)
-            self.add("expansions", expanded(args[0]), float(solution.stats["num_steps"]) + 1.0)
-            return solution
+        def lead(asked: Any, w: jax.Array) -> tuple:
+            found = run(asked, w)
+            self.add("expansions", expanded(asked[0]), float(found[2]) + 1.0)
+            return found
 
+        lead.lower = run.lower  # type: ignore[attr-defined]
         return lead
 
     def lanes(self, slopes: int) -> Callable[[Callable], Callable]:
@@ -198,7 +198,7 @@ def kept_by(ledger: Ledger) -> Iterator[None]:
         for module in (derived, pointwise, scores, reference_check, problem):
             stack.enter_context(patched(module, "in_batches", ledger.in_batches))
         stack.enter_context(patched(problem, "evaluate", ledger.evaluate))
-        stack.enter_context(patched(optx, "minimise", ledger.minimise))
+        stack.enter_context(patched(newton, "_led", ledger.led))
         stack.enter_context(patched(families, "_swept", ledger.lanes(1)))
         stack.enter_context(patched(families, "_read", ledger.lanes(0)))
         yield

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -35,6 +36,6 @@ def test_every_lane_of_a_turn_is_booked_with_its_states():
 def test_a_step_of_a_search_is_an_expansion(monkeypatch: pytest.MonkeyPatch):
     ledger = Ledger()
     monkeypatch.setattr("limits.expanded", lambda asked: Work(asked))
-    lead = ledger.minimise(lambda *_, **__: SimpleNamespace(stats={"num_steps": 4}))
-    lead(None, None, None, (7.0,))
+    run = Mock(return_value=(None, None, 4))
+    ledger.led(run)((7.0,), None)
     assert (ledger.work.operations, ledger.runs) == (5 * 7.0, {"expansions": 5.0})

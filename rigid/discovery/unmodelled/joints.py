@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from rigid.io.compiled import compiled
 from rigid.likelihood.machine_group import MachineGroup
 from rigid.localfit.hidden_inputs import CYLINDER_SPEED, LOAD, PRESSURE, SPEED, STROKE, Followed
 from rigid.localfit.local import LocalFit
@@ -62,7 +62,7 @@ def paths_at_joints(local: LocalFit) -> dict[str, Path]:
     }
 
 
-@eqx.filter_jit
+@compiled
 def _everywhere(group: MachineGroup, values: dict[str, Array]) -> Reading:
     return group.grid.everywhere(group.inputs(values))
 

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -12,6 +11,7 @@ from jax import Array
 from jaxtyping import Float
 
 from rigid.effects.base import AbstractEffect
+from rigid.io.compiled import compiled
 from rigid.physics.full import solved
 from rigid.physics.rest import rest_under
 from rigid.physics.rig import Surroundings, build_rig
@@ -109,7 +109,7 @@ def run(
     return Trajectory(times, states[..., 2] - states[..., 0], states[..., 2], states[..., 4], loads)
 
 
-@eqx.filter_jit
+@compiled
 def _solve(
     effects: tuple[type[AbstractEffect], ...], values: Mapping[str, Array], course: _Course
 ) -> tuple[Array, Array]:
