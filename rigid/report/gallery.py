@@ -10,6 +10,7 @@ import importlib
 import math
 import pkgutil
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from itertools import zip_longest
 from pathlib import Path
 from types import ModuleType
@@ -19,6 +20,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.figure import Figure
+from matplotlib.image import imsave
 
 from rigid.io.files import csv_text, replacing, write_text
 from rigid.plots.figure import Columns, Drawn, Illustration
@@ -83,7 +85,15 @@ def hang(
 
     Raises EnvironmentFaultError where the folder cannot be written.
     """
-    return [(place, illustration(one, section, folder)) for place, one in drawn(package, content)]
+    with ThreadPoolExecutor(1) as beside:  # pixels are packed while the next figure is drawn
+        found, packed = [], []
+        for place, one in drawn(package, content):
+            hung, png = illustration(one, section, folder, beside)
+            found.append((place, hung))
+            packed += [] if png is None else [png]
+    for png in packed:
+        png.result()
+    return found
 
 
 def take_down(folder: Path, section: str) -> None:
@@ -92,11 +102,15 @@ def take_down(folder: Path, section: str) -> None:
         path.unlink()
 
 
-def illustration(drawn: Drawn, section: str, folder: Path | None = None) -> Illustration:
+def illustration(
+    drawn: Drawn, section: str, folder: Path | None, beside: Executor
+) -> tuple[Illustration, Future | None]:
     """Put a figure into a form that a page takes, and into files beside the page.
 
     - `section`: begins the name of the files, `figures/SECTION-NAME.svg` (.pdf, .png, .csv).
-    - `folder`: of the page; None: no file is written.
+    - `folder`: of the page; None: no file is written. - `beside`: packs pixels.
+
+    The second of what is returned waits for these; None where there are none.
 
     Raises EnvironmentFaultError where the folder cannot be written.
     """
@@ -104,8 +118,11 @@ def illustration(drawn: Drawn, section: str, folder: Path | None = None) -> Illu
     key = f"fig-{name}"
     _settle(drawn.figure)
     text = svg(drawn.figure, key)
-    files = () if folder is None else _written(folder, name, drawn, text)
-    return Illustration(key, text, drawn.caption, drawn.alt, files)
+    if folder is None:
+        return Illustration(key, text, drawn.caption, drawn.alt, ()), None
+    png = _png(drawn.figure, folder / "figures" / f"{name}.png", beside)
+    files = _written(folder, name, drawn, text)
+    return Illustration(key, text, drawn.caption, drawn.alt, files), png
 
 
 def _settle(figure: Figure) -> None:
@@ -117,15 +134,28 @@ def _settle(figure: Figure) -> None:
             figure.set_layout_engine("none")
 
 
+def _png(figure: Figure, path: Path, beside: Executor) -> Future:
+    """Draw a figure in pixels, and have them written."""
+    usual = figure.dpi
+    figure.set_dpi(DOTS_PER_INCH)
+    canvas = FigureCanvasAgg(figure)
+    with house_style():
+        canvas.draw()
+    figure.set_dpi(usual)
+
+    def pack() -> None:
+        with replacing(path) as whole, whole.open("wb") as file:
+            imsave(file, canvas.buffer_rgba(), format="png", origin="upper", dpi=DOTS_PER_INCH)
+
+    return beside.submit(pack)
+
+
 def _written(folder: Path, name: str, drawn: Drawn, text: str) -> tuple[str, ...]:
     """Write the files of a figure; returns their names from the page's folder."""
     base = folder / "figures" / name
     write_text(base.with_suffix(".svg"), f'<?xml version="1.0" encoding="utf-8"?>\n{_alone(text)}')
     with house_style(), replacing(base.with_suffix(".pdf")) as path:
         FigureCanvasPdf(drawn.figure).print_pdf(path, metadata={"CreationDate": None})
-    with house_style(), replacing(base.with_suffix(".png")) as path, path.open("wb") as file:
-        drawn.figure.set_dpi(DOTS_PER_INCH)
-        FigureCanvasAgg(drawn.figure).print_png(file)
     suffixes = ["svg", "pdf", "png"]
     if drawn.numbers:
         write_text(base.with_suffix(".csv"), as_csv(drawn.numbers))
