@@ -179,3 +179,42 @@ def test_what_is_asked_of_a_problem_does_not_have_it_compiled_again():
         if isinstance(value, property | cached_property):
             getattr(problem, name)
     assert jax.tree.structure(problem) == before
+
+
+TRACED = """
+import json
+from rigid.io.runtime import prepare
+prepare(as_command=True)
+import jax
+import numpy as np
+from rigs import release_problem
+from rigid.inference.search import search
+from rigid.likelihood.problem import log_density
+traced = []
+jax.monitoring.register_event_duration_secs_listener(
+    lambda event, _, **about: traced.append(str(about.get("fun_name")))
+    if event == "/jax/core/compile/jaxpr_trace_duration" else None
+)
+problem = release_problem({}, samples=64)
+best = search(problem, 2, 1).optima[0].z
+print(json.dumps({"traced": traced, "value": float(log_density(problem, best[None])[0])}))
+"""
+
+
+def told(cache: Path, tracings: str) -> dict:
+    """Search a small release in a process of its own: what was traced, and the best value."""
+    given = os.environ | {"RIGID_CACHE": str(cache), "RIGID_TRACINGS": tracings}
+    given["PYTHONPATH"] = str(Path(__file__).parent)
+    done = subprocess.run(
+        [sys.executable, "-c", TRACED], env=given, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+@pytest.mark.slow
+def test_a_command_traces_nothing_that_one_before_has_traced(tmp_path: Path):
+    plain, again, first, second = (told(tmp_path, kept) for kept in ("0", "0", "1", "1"))
+    # Inside `_led` optimistix has a function `_fn`. Without tracings it is traced again.
+    assert ["_fn" in one["traced"] for one in (plain, again, first, second)] == [True] * 3 + [False]
+    assert plain["value"] == again["value"] == first["value"] == second["value"]
