@@ -88,11 +88,13 @@ class Compiled(Generic[P, T]):
 
     def _asked(self, args: tuple, kwargs: dict) -> tuple[Any, list]:
         """Return program and arrays of a call; None: it is left to equinox."""
+        folder = None if kwargs else tracings()
+        if folder is None:
+            return None, []
         leaves, tree = jax.tree.flatten(args)
         arrays = [leaf for leaf in leaves if eqx.is_array(leaf)]
-        inside = any(isinstance(leaf, Tracer) for leaf in arrays)
-        if inside or kwargs or (folder := tracings()) is None:
-            return None, arrays
+        if any(isinstance(leaf, Tracer) for leaf in arrays):
+            return None, []
         key = (tree, *(_kind(leaf) for leaf in leaves))
         if key not in self._programs:
             with self._locks.setdefault(key, Lock()):  # others wait for what one traces
