@@ -12,6 +12,7 @@ from jax import Array
 
 from rigid.effects.base import PLUNGER, AbstractEffect, State
 from rigid.effects.declare import ParameterInfo, PriorDescription
+from rigid.io.structure import MADE
 from rigid.kinds import KINDS
 
 MACHINE = "machine"
@@ -95,7 +96,7 @@ def _placed(
     own: dict[str, Any] = {
         "__module__": effect.__module__,
         "__doc__": effect.__doc__,
-        "made": (_placed, (effect, place, shared, usual)),
+        MADE: (_placed, (effect, place, shared, usual)),
         "name": f"{effect.name} at {place}",
         "place": place,
         "origin": effect,

@@ -52,7 +52,7 @@ def carry_out(order: str, version: str, sent: Mapping[str, bytes] | None = None)
         given = Given(job["arguments"], root, Path(out))
         began = time.process_time(), time.monotonic()
         try:
-            prepare(as_command=True)
+            prepare()
             # in a context of its own: what is being run here is none of the job's business
             found = {"value": Context().run(_function(job["function"]), given)}
             text = json.dumps(found | {"cost": _cost(began)}, allow_nan=False)

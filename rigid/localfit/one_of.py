@@ -14,6 +14,7 @@ from jax.typing import ArrayLike
 
 from rigid.effects.base import AbstractEffect, Action, State
 from rigid.effects.declare import ParameterInfo, fixed
+from rigid.io.structure import MADE
 from rigid.kinds import KINDS
 
 ALONE = (
@@ -82,7 +83,7 @@ def one_of(members: tuple[type[AbstractEffect], ...]) -> type[AbstractEffect]:
     first = members[0]
     own: dict[str, Any] = {
         "__module__": __name__,
-        "made": (one_of, (members,)),
+        MADE: (one_of, (members,)),
         "members": members,
         "name": " or ".join(law.name for law in members),
         "equation": first.equation,
