@@ -108,17 +108,25 @@ class Explaining:
         """Scores (n, 1) that nothing explains."""
         return self._left(self.score[:, None], self.gradient[:, None])
 
+    @cached_property
+    def explained(self) -> np.ndarray:
+        """Change of the expected readings (n,) that explains most of the scores."""
+        return self._changes(self.score[:, None], self.gradient[:, None])[:, 0]
+
     def left_of(self, noise: np.ndarray) -> np.ndarray:
         """What would be left of scores (n, draws) that are all noise."""
         return self._left(noise, np.zeros((len(self.gradient), 1)))
 
     def _left(self, scores: np.ndarray, gradient: np.ndarray) -> np.ndarray:
+        return scores - self.curvature[:, None] * self._changes(scores, gradient)
+
+    def _changes(self, scores: np.ndarray, gradient: np.ndarray) -> np.ndarray:
         unit = self.unit[:, None]
         slope = unit * np.concatenate([part.T @ scores for part in self.parts])
         amplitudes = unit * cho_solve(self.known, slope + gradient)
         ends = np.cumsum([part.shape[1] for part in self.parts])[:-1]
         each = zip(self.parts, np.split(amplitudes, ends), strict=True)
-        return scores - self.curvature[:, None] * sum(part @ mine for part, mine in each)
+        return np.asarray(sum(part @ mine for part, mine in each))
 
 
 class Wandering(NamedTuple):

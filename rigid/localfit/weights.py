@@ -4,7 +4,8 @@ Residuals that resemble their neighbours count less (`rigid.likelihood.correlati
 effect makes neighbours alike, too; taken for correlated noise, it would hide itself. So the
 correlation is that of what is left after the signatures of all effects and hidden forces have been
 fitted (`rigid.localfit.leftover`). Readings that move fast count less where instants jitter
-(`rigid.localfit.instants`). Samples that are set aside (`rigid.likelihood.set_aside`) do not count
+(`rigid.localfit.instants`), and single samples far off where noise has heavy tails
+(`rigid.localfit.tails`). Samples that are set aside (`rigid.likelihood.set_aside`) do not count
 at all.
 """
 
@@ -14,6 +15,7 @@ from rigid.likelihood.set_aside import readings_of, set_aside
 from rigid.localfit.instants import louder
 from rigid.localfit.leftover import Explaining, Traces, noise_laws
 from rigid.localfit.local import LocalFit
+from rigid.localfit.tails import lighter
 
 
 def facts(local: LocalFit, traces: Traces) -> np.ndarray:
@@ -25,7 +27,9 @@ def facts(local: LocalFit, traces: Traces) -> np.ndarray:
     readings = readings_of(layout.problem, local.hypothesis.sigmas(local.z_noise))
     good = layout.read & ~set_aside(readings, local.residual)
     explaining = Explaining.by(local, traces.columns)
-    weight = np.where(good, 1.0, 0.0) / louder(local, explaining.left[:, 0], good)
+    loud = louder(local, explaining.left[:, 0], good)
+    unexplained = (local.residual - explaining.explained) / np.sqrt(loud)
+    weight = np.where(good, lighter(layout, readings, unexplained, good), 0.0) / loud
     for number, noise in enumerate(noise_laws(local, explaining, traces, good)):
         weight[layout.channel == number] /= noise.law.time
     return weight

@@ -90,6 +90,17 @@ class Judged(NamedTuple):
         return [(step["effect"], step["probability"]) for step in steps if step.get("effect")]
 
     @property
+    def truly(self) -> bool:
+        """Whether it is an alarm all of whose steps name what acts."""
+        steps = self.answer["steps"] if self.alarmed else []
+        return bool(steps) and all(step.get("effect") in self.right for step in steps)
+
+    @property
+    def falsely(self) -> bool:
+        """Whether it is an alarm that says anything else."""
+        return self.alarmed and not self.truly
+
+    @property
     def misnamed(self) -> bool:
         """Whether a wrong name is given with confidence, in any step."""
         return any(n not in self.right and p >= CONFIDENT for n, p in self.names)

@@ -21,6 +21,9 @@ KINDS = {
     **dict.fromkeys(("slack", "hysteretic-cell"), ("frame",)),
 }
 """Kinds of records in which a cause shows, where that is not all: what is pumped, what is read."""
+ACTS = dict.fromkeys(("release-on-a-sample", "release-on-a-sample-coloured"), "sample-averaging")
+"""What acts in populations in which nothing is hidden: their converters average over a tenth of an
+interval. Who says so is right, and so is who says that nothing is missing."""
 
 
 def sort_of(row: Row) -> str:
@@ -39,8 +42,10 @@ def alike(known: Known, name: str) -> set[str]:
 
 def right_names(known: Known, row: Row) -> set[str]:
     """What would be right to say first."""
-    words = {COMPLETE: {NOTHING}, OUTSIDE: {UNNAMED}}
-    return words.get(sort_of(row)) or alike(known, row["nearest"])
+    sort, acts = sort_of(row), ACTS.get(row["case"]["population"])
+    if sort == COMPLETE:
+        return {NOTHING} | (alike(known, acts) if acts else set())
+    return {UNNAMED} if sort == OUTSIDE else alike(known, row["nearest"])
 
 
 def acting(truth: Row) -> list[dict[str, Any]]:

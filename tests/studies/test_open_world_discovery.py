@@ -110,6 +110,16 @@ def test_a_failed_check_and_a_refusal_are_right_in_nothing():
     assert (right.found, right.rightly, right.in_equation) == (False, False, False)
 
 
+def test_the_name_of_what_acts_is_no_false_alarm():
+    named = answer("named", step("sample-averaging", 0.91))
+    both = answer("named", step("sample-averaging", 0.91), step("clock-offset", 0.95))
+    [acts, more] = of("release-on-a-sample", named, both)
+    assert (acts.alarmed, acts.truly, acts.falsely, acts.misnamed) == (True, True, False, False)
+    assert (more.truly, more.falsely, more.misnamed) == (False, True, True)
+    [elsewhere] = of("plain", named)
+    assert (elsewhere.truly, elsewhere.falsely, elsewhere.misnamed) == (False, True, True)
+
+
 def test_names_are_right_by_nearest_or_by_twin():
     exact, twin, wrong, among = of(
         "orifice",
@@ -217,11 +227,12 @@ def test_the_page_counts_what_it_says():
     text = page(code, STORED, ["plain", "coloured"], "Seeds of a test.")
     assert "code of abc of 2026-11-27: 66 campaigns, 1 whole rounds over 2 populations" in text
     assert "left out: 3 of old." in text
-    assert "| plain | 0 of 60 | 0.0 % | 0.0-4.9 % | met | 0 | 0 | 60 | 0 | 0 |" in text
+    assert "| plain | 0 of 60 | 0.0 % | 0.0-4.9 % | met | 0 | 0 | 0 | 60 | 0 | 0 |" in text
     assert (
-        "| coloured | 1 of 1 | 100.0 % | 5.0-100.0 % | too few to say | 1 | 1 | 0 | 0 | 0 |" in text
+        "| coloured | 1 of 1 | 100.0 % | 5.0-100.0 % | too few to say | 0 | 1 | 1 | 0 | 0 | 0 |"
+        in text
     )
-    assert "| jitter | 0 of 0 | - | - | - | 0 | 0 | 0 | 0 | 1 |" in text
+    assert "| jitter | 0 of 0 | - | - | - | 0 | 0 | 0 | 0 | 0 | 1 |" in text
     assert "| orifice, in the catalogue | 2 % | 1 of 3 | 33.3 %" in text
     assert f"| orifice | {LEAK} | 3 of 3 | 100.0 % | 36.8-100.0 % | 2 of 3 | 66.7 %" in text
     assert "| tight-place | 0 of 1 | 0.0 % | 0.0-95.0 % | 0 of 1" in text
