@@ -40,6 +40,7 @@ from rigid.localfit.signature import lanes_of, signatures
 from rigid.localfit.weights import facts
 from rigid.localfit.where import where_shown
 from rigid.physics.rig import FREE, build_rig
+from rigid.report.noise_found import noise_found
 
 LISTED = ("piston-leakage", "hose-pressure-drop", "clock-offset", "load-cell-drift")
 CHOICE = tuple(CATALOGUE[name] for name in LISTED)
@@ -196,12 +197,12 @@ def test_leaving_records_out_adds_up_to_the_evidence_of_independent_ones():
 def test_a_spike_does_not_count_and_correlated_noise_counts_less():
     local, programs = fitted(campaign(304))
     columns = Traces.of(signatures(local, programs, candidates(CHOICE, 1)))
-    clean = facts(local, columns)
+    clean = facts(local, columns).weight
     residual = local.residual.copy()
     rows = np.flatnonzero(local.layout.channel == 0)
     residual[rows[100]] += 20.0 * local.layout.floor[rows[100]]
     spiked = dataclasses.replace(local, residual=residual)
-    assert facts(spiked, columns)[rows[100]] == 0.0
+    assert facts(spiked, columns).weight[rows[100]] == 0.0
     rng = np.random.default_rng(304)
     score = local.terms.score.copy()
     fresh = rng.standard_normal(len(rows))
@@ -212,9 +213,33 @@ def test_a_spike_does_not_count_and_correlated_noise_counts_less():
     coloured = dataclasses.replace(local, terms=local.terms._replace(score=score))
     # An AR(1) of coefficient 0.8 has a correlation time of (1 + 0.8)/(1 - 0.8) = 9 samples; its
     # estimate from n = 500 scatters by some tenths: a factor of 2.5 either way.
-    weight = facts(coloured, columns)[rows].max()
+    weight = facts(coloured, columns).weight[rows].max()
     assert clean[rows].max() / 22.0 < weight < clean[rows].max() / 3.6
     assert with_weights(local, clean).value == pytest.approx(local.value, rel=0.3)
+
+
+@pytest.mark.slow
+def test_noise_of_heavy_tails_is_found_and_told():
+    local, programs = fitted(campaign(306))
+    columns = Traces.of(signatures(local, programs, candidates(CHOICE, 1)))
+    assert facts(local, columns).tails == {}
+    rng, residual, dof = np.random.default_rng(306), local.residual.copy(), 4.0
+    rows = np.array([c.quantity == "load" for c in local.layout.channels])[local.layout.channel]
+    sheet, exact = SHEETS["load"], local.reading[rows]
+    noise = sheet.noise * np.sqrt((dof - 2.0) / dof) * rng.standard_t(dof, rows.sum())
+    residual[rows] = sheet.step * np.round((exact + noise) / sheet.step) - exact
+    heavy = with_weights(dataclasses.replace(local, residual=residual), np.ones(len(residual)))
+    found = facts(heavy, columns)
+    assert list(found.tails) == ["load"]
+    assert 2.5 <= found.tails["load"] <= 8.0
+    far = np.abs(residual) > 4.0 * sheet.floor
+    assert found.weight[rows & far].max() < 0.5 * np.median(found.weight[rows & ~far])
+    after = refined(found.of(heavy))
+    told = {one["sensor"]: one for one in noise_found(after)}
+    assert told["load,A"]["degrees_of_freedom"] == found.tails["load"]
+    # 1,000 samples of four degrees of freedom tell their sd to some 10 %
+    assert told["load,A"]["sd"] == pytest.approx(sheet.noise, rel=0.3)
+    assert told["pressure,A"]["degrees_of_freedom"] is None
 
 
 @pytest.mark.slow

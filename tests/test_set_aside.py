@@ -14,7 +14,7 @@ from rigid.likelihood.set_aside import Readings, beyond, listed, readings_of, sp
 from rigid.localfit.ascent import refined
 from rigid.localfit.leave_one_out import gap
 from rigid.localfit.leftover import Traces
-from rigid.localfit.local import LocalFit, with_weights
+from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import aside_of, data_of, lay_out
 from rigid.localfit.weights import facts
 from rigid.report.taken import lines, sentences, taken
@@ -106,9 +106,7 @@ def test_fit_laws_and_discover_have_one_gap():
     found = search(problem, 2, 1)
     fit = overall_gap(channels(found, found.optima[0].z[None], 1))
     local = fitted(problem)[0]
-    refitted = refined(
-        with_weights(local, facts(local, Traces.of(np.zeros((local.residual.size, 0)))))
-    )
+    refitted = refined(facts(local, Traces.of(np.zeros((local.residual.size, 0)))).of(local))
     assert abs(gap(refitted) - fit) < 1e-3
     assert abs(fit - 1.0) < 0.1
     assert gap(local) > 1.4

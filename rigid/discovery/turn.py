@@ -240,7 +240,7 @@ def first_turn(
     base = with_noise(base, fitted_noise(base))
     report("signatures of candidates")
     bench = laid_out(Fitted(base, programs), effects, running.shelf)
-    base = refined(with_weights(base, facts(base, bench.traces)))
+    base = refined(facts(base, bench.traces).of(base))
     return jittering(Turn(Fitted(base, programs), bench, running))
 
 

@@ -23,7 +23,7 @@ from rigid.localfit.expansion import Point, expand
 from rigid.localfit.families import Family, families
 from rigid.localfit.hypothesis import Hypothesis
 from rigid.localfit.leftover import Traces
-from rigid.localfit.local import LocalFit, with_weights
+from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import Layout, Terms, lay_out
 from rigid.localfit.weights import facts
 
@@ -125,8 +125,8 @@ def fit_laws(asked: Asked, report: Report, shelf: Shelf = NOTHING_KEPT) -> Fitte
     def last_fits() -> dict[str, LocalFit]:
         report("fit all again")
         best = max(fits.values(), key=lambda one: one.log_evidence)
-        weight = facts(best, Traces.of(changes))
-        out = {name: with_weights(one, weight) for name, one in fits.items()}
+        known = facts(best, Traces.of(changes))
+        out = {name: known.of(one) for name, one in fits.items()}
         names = VISCOUS, MEMORY
         ends = settled(viscous, [out[name] for name in names], MOST_TURNS)
         out |= dict(zip(names, ends, strict=True))

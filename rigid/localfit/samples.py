@@ -1,7 +1,7 @@
 """All samples of a campaign as one long list, and their likelihood around expected readings."""
 
 import dataclasses
-from collections.abc import Container
+from collections.abc import Container, Mapping
 from functools import cached_property
 from typing import NamedTuple
 
@@ -44,6 +44,8 @@ class Layout:
     - `problem`: whose pieces they are.
     - `channels`; `channel` (n,): number of each sample's channel. - `time` (n,) [s].
     - `weight` (n,): 0 where nothing was read, below 1 where a sample is less than one fact.
+    - `tails`: degrees of freedom of the noise, by quantity, where the weights take it for
+      Student's.
     """
 
     problem: Problem
@@ -51,6 +53,7 @@ class Layout:
     channel: np.ndarray
     time: np.ndarray
     weight: np.ndarray
+    tails: Mapping[str, float] = dataclasses.field(default_factory=dict)
 
     @cached_property
     def read(self) -> np.ndarray:
@@ -153,9 +156,8 @@ def lay_out(problem: Problem) -> Layout:
             )
             time.append(float(track.first) + track.interval * np.arange(rows))
             weight.append(np.asarray(piece.weight[:, i]))
-    return Layout(
-        problem, tuple(channels), *(np.concatenate(part) for part in (number, time, weight))
-    )
+    channel, when, weights = (np.concatenate(part) for part in (number, time, weight))
+    return Layout(problem, tuple(channels), channel, when, weights)
 
 
 def flat_readings(layout: Layout, swept: list[dict[str, np.ndarray]]) -> np.ndarray:

@@ -146,13 +146,15 @@ def tails(tracks: Mapping[str, Sequence[Counted]]) -> float | None:
     return TRIED[chosen - 1] if gains.min() > 0.5 * np.log(read) else None
 
 
-def lighter(
+def by_tails(
     layout: Layout,
     readings: Readings,
     residual: Float[np.ndarray, " n"],
     good: Bool[np.ndarray, " n"],
-) -> Float[np.ndarray, " n"]:
+) -> tuple[Float[np.ndarray, " n"], dict[str, float]]:
     """Weight of each sample for how far off it is (n,), 1 where the noise is a Gaussian's.
+
+    The second of what is returned are degrees of freedom by quantity, where it is not.
 
     - `readings`: the samples of the layout. - `residual` (n,): what nothing explains of the fit's.
     - `good` (n,): what counts.
@@ -160,7 +162,7 @@ def lighter(
     Only channels whose large samples do not come together are asked whether there are tails: what
     is off for several samples in a row is something that is missing.
     """
-    out = np.ones(len(residual))
+    out, found = np.ones(len(residual)), {}
     noise = np.sqrt(readings.sd**2 - readings.step**2 / 12.0)
     quantities = dict.fromkeys(channel.quantity for channel in layout.channels)
     for quantity in quantities:
@@ -176,9 +178,10 @@ def lighter(
             if not _clustered(scaled, step):
                 asked.setdefault(channel.track, []).append(channels[-1])
         if asked and (dof := tails(asked)) is not None:
+            found[quantity] = dof
             for some, weight in zip(rows, weights(channels, dof), strict=True):
                 out[some] = weight
-    return out
+    return out, found
 
 
 def _clustered(residual: np.ndarray, step: float) -> bool:

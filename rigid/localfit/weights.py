@@ -9,17 +9,40 @@ fitted (`rigid.localfit.leftover`). Readings that move fast count less where ins
 at all.
 """
 
+import dataclasses
+from collections.abc import Mapping
+from typing import NamedTuple
+
 import numpy as np
+from jaxtyping import Float
 
 from rigid.likelihood.set_aside import readings_of, set_aside
 from rigid.localfit.instants import louder
 from rigid.localfit.leftover import Explaining, Traces, noise_laws
-from rigid.localfit.local import LocalFit
-from rigid.localfit.tails import lighter
+from rigid.localfit.local import LocalFit, with_weights
+from rigid.localfit.tails import by_tails
 
 
-def facts(local: LocalFit, traces: Traces) -> np.ndarray:
-    """Weight of each sample (n,): 0 for those set aside, else one over correlation times.
+class Facts(NamedTuple):
+    """How much samples count.
+
+    - `weight` (n,): 0 for those set aside, else one over correlation times, and less where instants
+      jitter or tails are heavy. - `tails`: degrees of freedom by quantity, where they are.
+    """
+
+    weight: Float[np.ndarray, " n"]
+    tails: Mapping[str, float]
+
+    def of(self, local: LocalFit) -> LocalFit:
+        """Return a fit of the same samples that counts them so."""
+        same = dataclasses.replace(
+            local, layout=dataclasses.replace(local.layout, tails=self.tails)
+        )
+        return with_weights(same, self.weight)
+
+
+def facts(local: LocalFit, traces: Traces) -> Facts:
+    """Judge how much each sample counts.
 
     - `local`: fitted with weight 1 wherever something was read. - `traces`: of what may be missing.
     """
@@ -29,7 +52,8 @@ def facts(local: LocalFit, traces: Traces) -> np.ndarray:
     explaining = Explaining.by(local, traces.columns)
     loud = louder(local, explaining.left[:, 0], good)
     unexplained = (local.residual - explaining.explained) / np.sqrt(loud)
-    weight = np.where(good, lighter(layout, readings, unexplained, good), 0.0) / loud
+    lighter, found = by_tails(layout, readings, unexplained, good)
+    weight = np.where(good, lighter, 0.0) / loud
     for number, noise in enumerate(noise_laws(local, explaining, traces, good)):
         weight[layout.channel == number] /= noise.law.time
-    return weight
+    return Facts(weight, found)

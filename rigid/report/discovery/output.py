@@ -20,6 +20,7 @@ from rigid.likelihood.priors import AbstractPrior
 from rigid.localfit.hypothesis import Hypothesis
 from rigid.localfit.leave_one_out import gap
 from rigid.localfit.samples import aside_of
+from rigid.report.noise_found import noise_found
 from rigid.report.taken import taken
 from rigid.spec import Spec
 
@@ -63,6 +64,7 @@ def as_dict(spec: Spec, outcome: Outcome, extended: Path | None) -> dict[str, An
             "floor": 1.0,
         },
         "rejected": rejected(outcome),
+        "noise": noise_found(outcome.final),
         **taken(spec, layout.problem, aside_of(layout), outcome.final.hypothesis.added),
     }
 

@@ -79,6 +79,7 @@ def content(spec: Spec, outcome: Outcome, made: dict[str, Any], run: Context) ->
         names=names,
         cosines=cosines,
         pairs=_pairs(names, cosines),
+        noise=tuple(made["noise"]),
         rejected=tuple(
             (one["effect"], one["why"], from_on[one["effect"]]) for one in made["rejected"]
         ),

@@ -1,8 +1,8 @@
 """The section on discovery: what it is on the page, and its content."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from jaxtyping import Float
@@ -115,6 +115,7 @@ class DiscoveryContent(Content):
     - `compared`: for the figure. - `bets`: what one would bet before any record, in a sentence.
     - `notes`: on the records as they were read.
     - `names`, `cosines` (n, n): what the records can tell apart. - `pairs`: sentences on it.
+    - `noise`: entries of discovery.json, a sensor each.
     - `rejected`: (effect, why, from what size on it would have shown); `shown`: at what strength.
     """
 
@@ -127,6 +128,7 @@ class DiscoveryContent(Content):
     names: tuple[str, ...]
     cosines: Float[np.ndarray, "n n"]
     pairs: tuple[str, ...]
+    noise: tuple[Mapping[str, Any], ...]
     rejected: tuple[tuple[str, str, str], ...]
     shown: float
 

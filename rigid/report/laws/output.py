@@ -11,6 +11,7 @@ from rigid.localfit.samples import aside_of
 from rigid.localfit.settled import state_of
 from rigid.localfit.trust_region import promised
 from rigid.planning.parting import Parting
+from rigid.report.noise_found import noise_found
 from rigid.report.taken import taken
 from rigid.report.usability import optimum, residuals_of
 from rigid.spec import Spec
@@ -46,6 +47,7 @@ def as_dict(
         "laws": [_law(one, found) for one in found.standings],
         "solver": None if solver is None else solver.values() | {"says": solver.says},
         "seed": seed,
+        "noise": noise_found(found.first.local),
         **taken(spec, found.first.local.layout.problem, aside_of(found.first.local.layout), added),
     }
 
