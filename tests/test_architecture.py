@@ -57,7 +57,7 @@ WITHIN = {
         ("workflow",),
     ),
     "report": (
-        ("paper_values", "taken", "usability"),
+        ("noise_found", "paper_values", "taken", "usability"),
         ("content",),
         ("wording",),
         ("templating",),

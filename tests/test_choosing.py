@@ -654,6 +654,11 @@ def told(verdict: str, tied: tuple[str, ...] = (), usable: bool = True) -> dict:
         "joint": None,
         "usable": usable, "gap": 1.7, "seed": 1,
         "held_exact": [{"name": "S_Pl", "says": "S_Pl = 44.2 cm^2"}], "set_aside": [],
+        "noise": [
+            {"sensor": "load,A", "unit": "N", "sd": 151.6, "sheet_sd": 147.5, "counts": 0.25,
+             "degrees_of_freedom": dof}
+            for dof in (None, 4.0)
+        ],
         "checks": [{"name": "residuals", "ok": usable, "says": "as large as they are"}],
         "laws": list(one.values()),
         "first": COULOMB, "tied": list(tied), "next_record": record if tied else None,
@@ -681,6 +686,8 @@ def test_the_section_says_what_the_comparison_says():
         assert says in table(made)
         assert ('class="front good"' in html) == (made["verdict"] != CANNOT_TELL and made["usable"])
         assert html == page_of(spec, made)
+        assert "Gaussian" in html
+        assert "heavy tails: Student's, 4 degrees of freedom" in html.replace("&#39;", "'")
 
 
 def test_a_next_record_that_is_not_enough_says_so():

@@ -20,12 +20,13 @@ def noise_found(local: LocalFit) -> list[dict[str, Any]]:
     layout, problem = local.layout, local.layout.problem
     sigma = local.hypothesis.sigmas(local.z_noise)
     sheets = {p.sensor(i): p.sheet for p in problem.pieces for i in range(len(p.tracks))}
+    quantities = {channel.sensor: channel.quantity for channel in layout.channels}
     parameters = problem.parameters
     units = {p.label: p.unit for p in (*parameters.sampled, *parameters.known)}
     found = []
     for number, sensor in enumerate(problem.sensors):
         read = layout.weight[(layout.sensor == number) & layout.read]
-        dof = layout.tails.get(sensor.split(",")[0])
+        dof = layout.tails.get(quantities[sensor])
         # with tails the level is the scale of Student's law
         wider = 1.0 if dof is None else float(np.sqrt(dof / (dof - 2.0)))
         found.append(
