@@ -234,6 +234,13 @@ def test_noise_of_heavy_tails_is_found_and_told():
     assert 2.5 <= found.tails["load"] <= 8.0
     far = np.abs(residual) > 4.0 * sheet.floor
     assert found.weight[rows & far].max() < 0.5 * np.median(found.weight[rows & ~far])
+    # What explains one sample alone makes it no nearer to the others.
+    some = rows & (found.weight > 0.0)  # no spike
+    worst = int(np.argmax(np.where(some, np.abs(residual), 0.0)))
+    alone = np.zeros((len(residual), 1))
+    alone[worst] = sheet.floor
+    own = facts(heavy, Traces.of(np.concatenate([columns.columns, alone], axis=1)))
+    assert own.weight[worst] < 0.5 * np.median(own.weight[rows & ~far])
     after = refined(found.of(heavy))
     told = {one["sensor"]: one for one in noise_found(after)}
     assert told["load,A"]["degrees_of_freedom"] == found.tails["load"]

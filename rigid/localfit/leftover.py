@@ -11,7 +11,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.signal import lfilter
 from scipy.special import expit, logit
 
@@ -112,6 +112,14 @@ class Explaining:
     def explained(self) -> np.ndarray:
         """Change of the expected readings (n,) that explains most of the scores."""
         return self._changes(self.score[:, None], self.gradient[:, None])[:, 0]
+
+    def leverage(self, rows: np.ndarray) -> np.ndarray:
+        """Share of each sample's own score in what is explained of it, for some rows (m,)."""
+        factor, lower = self.known
+        across = 0 if lower else 1
+        columns = np.concatenate([part[rows] for part in self.parts], axis=1) * self.unit
+        solved = solve_triangular(factor, columns.T, trans=across, lower=lower)
+        return np.asarray(self.curvature[rows] * np.sum(solved**2, axis=0))
 
     def left_of(self, noise: np.ndarray) -> np.ndarray:
         """What would be left of scores (n, draws) that are all noise."""

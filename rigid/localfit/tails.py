@@ -36,6 +36,8 @@ REACH = 6.0
 CLUSTERED = 1e-3
 """Probability of as many large neighbours by chance below which they come together: what is off for
 several samples is no tail."""
+MOST = 0.98
+"""Greatest share of itself that a sample may have in what explains it: what is left is rounding."""
 ROUNDS = 3
 """Of weights by the noise level that they lead to."""
 
@@ -151,22 +153,24 @@ def by_tails(
     readings: Readings,
     residual: Float[np.ndarray, " n"],
     good: Bool[np.ndarray, " n"],
+    leverage: Callable[[np.ndarray], np.ndarray],
 ) -> tuple[Float[np.ndarray, " n"], dict[str, float]]:
     """Weight of each sample for how far off it is (n,), 1 where the noise is a Gaussian's.
 
     The second of what is returned are degrees of freedom by quantity, where it is not.
 
     - `readings`: the samples of the layout. - `residual` (n,): what nothing explains of the fit's.
-    - `good` (n,): what counts.
+    - `good` (n,): what counts. - `leverage`: share of itself in what explains samples (rows,).
 
-    Only channels whose large samples do not come together are asked whether there are tails: what
-    is off for several samples in a row is something that is missing.
+    How far off a sample is the others tell: one that is explained by what it alone asks for is as
+    far off as before. Only channels whose large samples do not come together are asked whether
+    there are tails: what is off for several samples in a row is something that is missing.
     """
     out, found = np.ones(len(residual)), {}
     noise = np.sqrt(readings.sd**2 - readings.step**2 / 12.0)
     quantities = dict.fromkeys(channel.quantity for channel in layout.channels)
     for quantity in quantities:
-        rows, channels, asked = [], [], {}
+        rows, scales, channels, asked = [], [], [], {}
         for number, channel in enumerate(layout.channels):
             some = np.flatnonzero((layout.channel == number) & good)
             if channel.quantity != quantity or len(some) < LEAST_SAMPLES:
@@ -174,12 +178,16 @@ def by_tails(
             unit = float(noise[some[0]])
             scaled, step = residual[some] / unit, max(float(readings.step[some[0]]) / unit, FINEST)
             rows.append(some)
+            scales.append((unit, step))
             channels.append(Counted.of(scaled, step))
             if not _clustered(scaled, step):
                 asked.setdefault(channel.track, []).append(channels[-1])
         if asked and (dof := tails(asked)) is not None:
             found[quantity] = dof
-            for some, weight in zip(rows, weights(channels, dof), strict=True):
+            own = [1.0 - np.minimum(leverage(some), MOST) for some in rows]
+            each = zip(rows, scales, own, strict=True)
+            told = [Counted.of(residual[some] / unit / o, step) for some, (unit, step), o in each]
+            for some, weight in zip(rows, weights(told, dof), strict=True):
                 out[some] = weight
     return out, found
 

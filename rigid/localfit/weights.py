@@ -52,7 +52,7 @@ def facts(local: LocalFit, traces: Traces) -> Facts:
     explaining = Explaining.by(local, traces.columns)
     loud = louder(local, explaining.left[:, 0], good)
     unexplained = (local.residual - explaining.explained) / np.sqrt(loud)
-    lighter, found = by_tails(layout, readings, unexplained, good)
+    lighter, found = by_tails(layout, readings, unexplained, good, explaining.leverage)
     weight = np.where(good, lighter, 0.0) / loud
     for number, noise in enumerate(noise_laws(local, explaining, traces, good)):
         weight[layout.channel == number] /= noise.law.time
