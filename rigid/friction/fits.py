@@ -125,8 +125,8 @@ def fit_laws(asked: Asked, report: Report, shelf: Shelf = NOTHING_KEPT) -> Fitte
     def last_fits() -> dict[str, LocalFit]:
         report("fit all again")
         best = max(fits.values(), key=lambda one: one.log_evidence)
-        known = facts(best, Traces.of(changes))
-        out = {name: known.of(one) for name, one in fits.items()}
+        counted = facts(best, Traces.of(changes))
+        out = {name: counted.of(one) for name, one in fits.items()}
         names = VISCOUS, MEMORY
         ends = settled(viscous, [out[name] for name in names], MOST_TURNS)
         out |= dict(zip(names, ends, strict=True))

@@ -4,8 +4,8 @@ Under Student's law with nu degrees of freedom a residual of r scales has the sc
 times (nu + 1) / (nu + r^2): the further off, the less it counts (Lange, Little and Taylor 1989,
 Journal of the American Statistical Association 84, 881-896). Taken for Gaussian, a few such samples
 in one place look like something that is missing there. A converter whose step is some noise wide
-makes it worse: only samples near the edge of a step tell anything, and one that is far beyond it
-tells more than all others.
+makes it worse: samples in the middle of a step tell hardly anything, and one that is far beyond its
+edge has a score many times theirs.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -97,8 +97,9 @@ class Counted(NamedTuple):
 
     def known(self, law: Law, scale: float, weight: np.ndarray) -> float:
         """Information of all residuals on the expected reading, classes weighed (m,)."""
-        sides = (law.score(self.size + a, self.half, scale) for a in (0.5 * FINE, -0.5 * FINE))
-        after, before = sides
+        before, after = (
+            law.score(self.size + a, self.half, scale) for a in (-0.5 * FINE, 0.5 * FINE)
+        )
         return float((after - before) @ (self.many * weight)) / FINE
 
 
@@ -106,7 +107,8 @@ def weights(channels: Sequence[Counted], dof: float) -> list[np.ndarray]:
     """Weight of each residual of some channels in the likelihood of a Gaussian, (n,) each.
 
     With these weights, and the noise that is fitted with them, residuals have the scores of
-    Student's law, and all together the information that it holds.
+    Student's law, but in the middle of a wide step, and all together the information that is in
+    these scores.
     """
     law = student_law(dof)
     level = scale = float(SCALES[np.argmax(sum(one.heights(law) for one in channels))])
@@ -167,29 +169,50 @@ def by_tails(
     there are tails: what is off for several samples in a row is something that is missing.
     """
     out, found = np.ones(len(residual)), {}
-    noise = np.sqrt(readings.sd**2 - readings.step**2 / 12.0)
-    quantities = dict.fromkeys(channel.quantity for channel in layout.channels)
-    for quantity in quantities:
-        rows, scales, channels, asked = [], [], [], {}
-        for number, channel in enumerate(layout.channels):
-            some = np.flatnonzero((layout.channel == number) & good)
-            if channel.quantity != quantity or len(some) < LEAST_SAMPLES:
-                continue
-            unit = float(noise[some[0]])
-            scaled, step = residual[some] / unit, max(float(readings.step[some[0]]) / unit, FINEST)
-            rows.append(some)
-            scales.append((unit, step))
-            channels.append(Counted.of(scaled, step))
-            if not _clustered(scaled, step):
-                asked.setdefault(channel.track, []).append(channels[-1])
+    channels = _channels(layout, readings, residual, good)
+    for quantity in dict.fromkeys(one.quantity for one in channels):
+        mine = [one for one in channels if one.quantity == quantity]
+        asked: dict[str, list[Counted]] = {}
+        for one in mine:
+            if not _clustered(one.residual, one.step):
+                asked.setdefault(one.track, []).append(Counted.of(one.residual, one.step))
         if asked and (dof := tails(asked)) is not None:
             found[quantity] = dof
-            own = [1.0 - np.minimum(leverage(some), MOST) for some in rows]
-            each = zip(rows, scales, own, strict=True)
-            told = [Counted.of(residual[some] / unit / o, step) for some, (unit, step), o in each]
-            for some, weight in zip(rows, weights(told, dof), strict=True):
-                out[some] = weight
+            others = [1.0 - np.minimum(leverage(one.rows), MOST) for one in mine]
+            told = [
+                Counted.of(one.residual / share, one.step)
+                for one, share in zip(mine, others, strict=True)
+            ]
+            for one, weight in zip(mine, weights(told, dof), strict=True):
+                out[one.rows] = weight
     return out, found
+
+
+class _Channel(NamedTuple):
+    """What nothing explains of a channel: its rows (m,), residuals (m,) and step, in noise."""
+
+    track: str
+    quantity: str
+    rows: np.ndarray
+    residual: np.ndarray
+    step: float
+
+
+def _channels(
+    layout: Layout, readings: Readings, residual: np.ndarray, good: np.ndarray
+) -> list[_Channel]:
+    """All channels of which enough samples count."""
+    noise = np.sqrt(readings.sd**2 - readings.step**2 / 12.0)
+    found = []
+    for number, channel in enumerate(layout.channels):
+        rows = np.flatnonzero((layout.channel == number) & good)
+        if len(rows) >= LEAST_SAMPLES:
+            unit = float(noise[rows[0]])
+            step = max(float(readings.step[rows[0]]) / unit, FINEST)
+            found.append(
+                _Channel(channel.track, channel.quantity, rows, residual[rows] / unit, step)
+            )
+    return found
 
 
 def _clustered(residual: np.ndarray, step: float) -> bool:
