@@ -7,8 +7,9 @@ from scipy import stats
 from scipy.signal import lfilter
 
 from rigid.likelihood import noise_spectrum
+from rigid.likelihood.common_noise import common_law
 from rigid.likelihood.correlation import ahead, autocovariance, noise_law
-from rigid.likelihood.noise_spectrum import Found, NoiseLaw, common_law, of_parts, periodogram
+from rigid.likelihood.noise_spectrum import Found, NoiseLaw, of_parts, periodogram
 from rigid.likelihood.quantisation import interval
 
 ALL = np.ones(1200, dtype=bool)
@@ -74,7 +75,7 @@ def test_slow_parts_are_seen_beside_quick_ones(shares, decays, short, monkeypatc
     found = off()
     # docs/inference.md: logs scatter by 0.3 and 0.64, so that a mean of 60 does by 0.04 and 0.08
     assert abs(found.mean()) < 0.25
-    monkeypatch.setattr(noise_spectrum._Whittle, "fading", lambda _: ())
+    monkeypatch.setattr(noise_spectrum.Whittle, "fading", lambda _: ())
     assert off().mean() < np.log(short)
 
 

@@ -145,3 +145,15 @@ def test_what_is_told_is_sure_or_the_one_that_comes_nearest():
 def test_a_channel_that_is_too_short_leaves_nothing_to_say():
     assert judged([], []) == ()
     assert sentence(Compared((), None, {})).startswith("No channel")
+
+
+def test_half_the_sampling_rate_is_no_surer_than_any_other_frequency():
+    """Its power has one degree of freedom, that of others two: taken for two, it wins too often."""
+    rng, runs, samples = np.random.default_rng(6), 1000, 100
+    last = 0
+    for _ in range(runs):
+        series = rng.standard_normal((samples, 40))
+        found = {look.over: look for look in looks(series, np.arange(float(samples)), 1.0, {})}
+        last += found["frequency"].where[0] == 0.5
+    # 1000/50 by chance; 99.9 % of a binomial law
+    assert last <= binom.isf(0.001, runs, 1.0 / 50)

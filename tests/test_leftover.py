@@ -10,11 +10,8 @@ from rigid.localfit.leftover import (
     TRACE_SD,
     Explaining,
     Traces,
-    Wandering,
-    coloured,
     left_by,
     noise_laws,
-    settling,
 )
 from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import ChannelKey, Layout, Terms
@@ -108,8 +105,7 @@ def with_bumps(
 
 
 def laws(local: LocalFit, traces: Traces) -> list[NoiseLaw]:
-    found = noise_laws(local, Explaining.by(local, traces.columns), traces, GOOD)
-    return [one.law for one in found]
+    return noise_laws(local, Explaining.by(local, traces.columns), traces, GOOD)
 
 
 def test_what_wanders_in_all_records_of_a_sensor_is_noise():
@@ -151,32 +147,7 @@ def test_a_channel_of_which_nothing_is_left_has_the_noise_of_its_sheet():
     local, traces = with_bumps(slow)
     explaining, good = Explaining.by(local, traces.columns), GOOD & ~ROWS[3]
     found = noise_laws(local, explaining, traces, good)
-    assert all(np.isfinite(one.law.variance) for one in found)
+    assert all(np.isfinite(one.variance) for one in found)
     told = noise_laws(local, explaining, traces, GOOD)
-    assert np.isfinite(told[3].law.variance)
-    assert told[3].law.variance > 0.0
-
-
-def test_noise_is_as_quick_as_the_channel_and_as_slow_as_its_sensor():
-    """Rounding makes quick noise a record's own; how slowly a sensor wanders is the sensor's."""
-    quick = NoiseLaw(np.array([-0.3]), 0.7 / 1.3, 2.0 * (1.0 - 0.3**2), memory=1.0)
-    memory = -1.0 / np.log(0.97)
-    sensor = NoiseLaw(np.array([0.4]), 4.0, 1.0, memory=memory)
-    both = Wandering(quick, sensor, 2.0)
-    rng = np.random.default_rng(9)
-    whole = sum(
-        coloured(law, rng.standard_normal((settling(law) + 40_000, 20))) for law in both.parts
-    )
-    # over 800,000 samples, of which one in 66 stands alone: the slow part to 1 %
-    assert whole.var() == pytest.approx(2.0, rel=0.03)
-    runs = whole.reshape(40, 1000, 20).sum(axis=1).var() / 1000.0
-    # of 800 sums; ends of a run of 1,000 cost the slow part 3 %
-    assert runs / 2.0 == pytest.approx(4.0, rel=0.2)
-    near = np.mean(whole[1:] * whole[:-1]) / whole.var()
-    share = (4.0 - 0.7 / 1.3) / (1.97 / 0.03 - 0.7 / 1.3)
-    assert near == pytest.approx(-0.3 * (1.0 - share) + 0.97 * share, abs=0.02)
-    assert near < -0.2, "the sensor's law alone would have 0.4"
-    assert Wandering(sensor, quick, 2.0).parts == (sensor,)
-    brief, slow = Wandering(quick, sensor._replace(memory=0.5), 2.0).parts
-    assert brief.variance > 0.85 * quick.variance
-    assert slow.memory == 20.0
+    assert np.isfinite(told[3].variance)
+    assert told[3].variance > 0.0

@@ -10,15 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
-from scipy.linalg import cho_factor, cho_solve
-from scipy.stats import norm
+from scipy.stats import chi2, norm
 
-from rigid.localfit.leftover import Explaining, Traces, Wandering, coloured, noise_laws, settling
+from rigid.localfit.leftover import Traces
 from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import ChannelKey
+from rigid.localfit.simulated import Campaigns
 
-DRAWS = 1000
-"""Simulated campaigns."""
 BLOCKS, BINS, LAGS = 12, 8, 20
 """Stretches of a record, classes of a state, lags in samples that are looked at."""
 FINE = 64
@@ -70,7 +68,7 @@ def disagreements(local: LocalFit, traces: Traces, seed: int) -> tuple[Disagreem
     """
     layout = local.layout
     channels = layout.channels
-    campaigns = _Campaigns.of(local, traces, seed)
+    campaigns = Campaigns.of(local, traces, seed)
     pools = {q: Pool() for q in dict.fromkeys(c.quantity for c in channels)}
     names, found = [], []
     for number, channel in enumerate(channels):
@@ -163,12 +161,20 @@ def looks(
     power = np.abs(np.fft.rfft(series, axis=0)[1:]) ** 2
     frequency = np.fft.rfftfreq(len(series), interval)[1:]
     usual = power[:, 1:].mean(axis=1, keepdims=True)
-    log_p, at = _least(-power / np.maximum(usual, 1e-300))
+    log_p, at = _least(_of_power(power / np.maximum(usual, 1e-300), len(series)))
     yield Look(FREQUENCY, log_p, (float(frequency[at]), float(frequency[at])))
     products = np.stack([np.mean(series[k:] * series[:-k], axis=0) for k in range(1, LAGS + 1)])
     products /= np.mean(series**2, axis=0)
     log_p, at = _least(_two_sided(_standard(products)))
     yield Look(LAG, log_p, ((at + 1) * interval, (at + 1) * interval))
+
+
+def _of_power(power: np.ndarray, samples: int) -> np.ndarray:
+    """Log p-values of power (m, columns) over its mean; half the sampling rate has no phase."""
+    log_p = -power
+    if samples % 2 == 0:
+        log_p[-1] = chi2.logsf(power[-1], 1)
+    return log_p
 
 
 def _over_classes(over: str, series: np.ndarray, state: np.ndarray, count: int) -> Look:
@@ -223,51 +229,3 @@ def states_of(
             found[SPEED] = np.interp(time, when, np.gradient(values, when))
         found[other.quantity] = np.interp(time, when, values)
     return found
-
-
-class _Campaigns(NamedTuple):
-    """Simulated campaigns of a fitted model.
-
-    Noise is drawn anew where it is asked for, channel by channel: all at once takes gigabytes.
-
-    - `laws`: of each channel's noise. - `coefficients` (size, DRAWS): what fitting them takes.
-    """
-
-    local: LocalFit
-    laws: list[Wandering]
-    seed: int
-    coefficients: np.ndarray
-
-    @classmethod
-    def of(cls, local: LocalFit, traces: Traces, seed: int) -> "_Campaigns":
-        """Draw campaigns, and fit them to first order."""
-        layout = local.layout
-        rows = [layout.channel == number for number in range(len(layout.channels))]
-        explaining = Explaining.by(local, traces.columns)
-        laws = noise_laws(local, explaining, traces, layout.weight > 0.0)
-        # Where the truth lies in the prior is drawn, too: the fit is pulled off it by its prior.
-        rng = np.random.default_rng([seed, 8])
-        gradient = -rng.standard_normal((len(local.w), DRAWS))
-        drawn = cls(local, laws, seed, gradient)
-        for number, mine in enumerate(rows):
-            gradient += local.design[mine].T @ drawn.noise(number)
-        return drawn._replace(coefficients=cho_solve(cho_factor(local.information), gradient))
-
-    def noise(self, number: int) -> np.ndarray:
-        """Scores of a channel's noise (samples of it, DRAWS)."""
-        mine = self.local.layout.channel == number
-        rng = np.random.default_rng([self.seed, 8, number])
-        noise = np.zeros((int(mine.sum()), DRAWS))
-        for law in self.laws[number].parts:
-            noise += coloured(law, rng.standard_normal((settling(law) + len(noise), DRAWS)))
-        # A rounded reading says most where the truth is about to turn over to the next step.
-        curvature = np.maximum(self.local.terms.curvature[mine], 0.0)
-        usual = float(curvature.sum()) / max(np.count_nonzero(curvature), 1)
-        return noise * np.sqrt(curvature / max(usual, 1e-300))[:, None]
-
-    def left(self, number: int, rows: np.ndarray) -> np.ndarray:
-        """What fitting leaves of it in some rows of the channel (rows, DRAWS)."""
-        mine = np.flatnonzero(self.local.layout.channel == number)
-        taken = self.local.design[rows] @ self.coefficients
-        noise = self.noise(number)[np.searchsorted(mine, rows)]
-        return noise - self.local.terms.curvature[rows, None] * taken

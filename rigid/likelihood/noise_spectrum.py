@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import solve_toeplitz
-from scipy.special import logsumexp, softmax
+from scipy.signal import lfilter
 
 MAX_ORDER = 8
 """Of an autoregression, for noise that beats; parts that fade stand for longer memory."""
@@ -29,6 +29,8 @@ FAINT = 1e-9
 LONGEST = 500.0
 """Greatest sum of autocorrelations [samples]: a channel whose residuals are all trend still counts
 as something."""
+SETTLED = 5.0
+"""Memories in which simulated noise forgets that it began."""
 LEAST_GAIN = 1e-6
 """Of an autoregression's answer to a constant."""
 LEAST_LEFT = 0.02
@@ -50,6 +52,18 @@ class NoiseLaw(NamedTuple):
     variance: float = 1.0
     averages: np.ndarray = np.zeros(0)
     memory: float = 0.0
+
+    @property
+    def settling(self) -> int:
+        """Samples in which noise forgets that it began."""
+        return int(np.ceil(SETTLED * self.memory))
+
+    @property
+    def power(self) -> float:
+        """Variance of the noise."""
+        begin = np.eye(1, 1 + self.settling)[0]
+        answer = np.asarray(lfilter([1.0, *self.averages], [1.0, *-self.coefficients], begin))
+        return self.variance * float(np.sum(answer**2))
 
 
 WHITE = NoiseLaw(np.zeros(0), 1.0)
@@ -120,7 +134,9 @@ class Found(NamedTuple):
         fine = power / np.repeat(np.maximum(seen, LEAST_LEFT), classes.sizes.astype(int))
         mean = classes.mean(power) if len(power) else np.zeros(0)
         return cls(
-            fine, np.where(good, mean / usable, 0.0), np.where(good, classes.sizes * seen, 0.0)
+            fine,
+            np.where(good, mean / usable, 0.0),
+            np.where(good, classes.sizes * np.minimum(seen, 1.0), 0.0),
         )
 
     @property
@@ -148,46 +164,33 @@ def law_of(found: Found, price: float) -> NoiseLaw:
     """
     if found.empty:
         return WHITE._replace(variance=0.0)
-    whittle = _Whittle.of([found], price)
-    fits = [whittle.white(), *whittle.fading(), *whittle.autoregressive(found.fine)]
-    return _scaled(min(fits, key=lambda fit: fit.cost).law, found.level)
+    return scaled(_cheapest(_fits(found, price)).law, found.level)
 
 
-class CommonLaw(NamedTuple):
-    """The law that several series share but for their size.
-
-    - `law`: the likeliest, but for its `time`: that is the mean over all laws, each as likely as it
-      is. Few frequencies tell of a part that lasts long; the simplest law that they allow may have
-      a third of its time.
-    - `log_evidence`: of all laws together.
-    """
-
-    law: NoiseLaw
-    log_evidence: float
+def swings(found: Found, price: float) -> bool:
+    """Whether an autoregression is likelier than any sum of parts, and by more than a number."""
+    parts, swings = _fits(found, price)
+    return swings.cost + price < parts.cost
 
 
-def common_law(found: Sequence[Found], price: float, level: float) -> CommonLaw:
-    """Fit the law that several series share but for their size.
-
-    - `price`: as there. - `level`: variance that it is to have.
-    """
-    some = [one for one in found if not one.empty]
-    if not some:
-        return CommonLaw(WHITE._replace(variance=level), 0.0)
-    whittle = _Whittle.of(some, price)
-    tried = tuple(whittle.tried())
-    fits = [whittle.white(), *map(whittle.best, tried)]
-    law, logs = min(fits, key=lambda fit: fit.cost).law, whittle.log_weights(tried)
-    times = np.concatenate([[WHITE.time], *(one.time for one in tried)])
-    law = law._replace(time=_bounded(float(softmax(logs) @ times)))
-    return CommonLaw(_scaled(law, level), float(np.asarray(logsumexp(logs))))
+def _fits(found: Found, price: float) -> tuple[Fit, Fit]:
+    """The likeliest of white noise and parts that fade, and of autoregressions."""
+    whittle = Whittle.of([found], price)
+    parts = [whittle.white(), *whittle.fading()]
+    swings = [*whittle.autoregressive(found.fine)] or parts
+    return _cheapest(parts), _cheapest(swings)
 
 
-def _scaled(law: NoiseLaw, level: float) -> NoiseLaw:
+def _cheapest(fits: Sequence[Fit]) -> Fit:
+    return min(fits, key=lambda fit: fit.cost)
+
+
+def scaled(law: NoiseLaw, level: float) -> NoiseLaw:
+    """Return a law with the variance of its innovations multiplied."""
     return law._replace(variance=level * law.variance)
 
 
-class _Tried(NamedTuple):
+class Tried(NamedTuple):
     """Laws of white noise and parts that fade.
 
     - `size` (m, 1 + k): variances of the white noise and of the parts. - `decay` (m, k).
@@ -207,7 +210,7 @@ class _Tried(NamedTuple):
         return np.sum(self.size * lasting, axis=1) / self.size.sum(axis=1)
 
 
-class _Whittle(NamedTuple):
+class Whittle(NamedTuple):
     """What laws of noise with a variance of 1 are held against.
 
     - `power`, `weight` (b,): of the classes of all series, each over its level. - `classes`: of
@@ -220,7 +223,7 @@ class _Whittle(NamedTuple):
     price: float
 
     @classmethod
-    def of(cls, found: Sequence[Found], price: float) -> "_Whittle":
+    def of(cls, found: Sequence[Found], price: float) -> "Whittle":
         """Put series together."""
         power = np.concatenate([one.power / one.level for one in found])
         weight = np.concatenate([one.weight for one in found])
@@ -246,7 +249,7 @@ class _Whittle(NamedTuple):
         """White noise with one part that fades, and with two."""
         return map(self.best, self.tried())
 
-    def tried(self) -> Iterator[_Tried]:
+    def tried(self) -> Iterator[Tried]:
         """The likeliest of all memories that are tried, of one part that fades and of two."""
         turn, size = self.mean(np.asarray), np.concatenate([c.sizes for c in self.classes])
         lowest = turn[self.weight > TELLING * size].min(initial=np.pi)
@@ -262,15 +265,15 @@ class _Whittle(NamedTuple):
             size, cost = self._sizes(shapes, even, FIRST_ROUNDS)
             near = np.argsort(cost)[:NEAR]
             size, cost = self._sizes(shapes[near], size[near], ROUNDS - FIRST_ROUNDS)
-            yield _Tried(size, decay[which[near]], cost, len(which))
+            yield Tried(size, decay[which[near]], cost, len(which))
 
-    def best(self, tried: _Tried) -> Fit:
+    def best(self, tried: Tried) -> Fit:
         """Return the likeliest of some laws."""
         best = int(np.argmin(tried.cost))
         law = of_parts(tried.size[best, 0], tried.size[best, 1:], tried.decay[best])
         return Fit(float(tried.cost[best]) + self.price * (1 + 2 * tried.decay.shape[1]), law)
 
-    def log_weights(self, tried: Sequence[_Tried]) -> np.ndarray:
+    def log_weights(self, tried: Sequence[Tried]) -> np.ndarray:
         """Log of how likely white noise is and each law that was `tried`, all in a row.
 
         Sizes cost their price; all memories are alike beforehand.
@@ -305,7 +308,7 @@ class _Whittle(NamedTuple):
             level = self.level(shape)
             rest = 1.0 - float(pull @ covariance[1 : order + 1]) / covariance[0]
             time = rest / max(1.0 - float(pull.sum()), LEAST_GAIN) ** 2
-            law = NoiseLaw(pull, _bounded(time), level, memory=_memory(np.abs(_poles(pull))))
+            law = NoiseLaw(pull, bounded(time), level, memory=_memory(np.abs(_poles(pull))))
             yield Fit(float(self.cost(level * shape)) + self.price * (1 + order), law)
 
 
@@ -332,7 +335,7 @@ def of_parts(white: float, sizes: np.ndarray, decays: np.ndarray) -> NoiseLaw:
         top = top + np.pad(more, (0, len(top) - len(more)))
     averages, variance = _factor(top)
     time = (white + np.sum(sizes * _lasting(decays))) / (white + sizes.sum())
-    return NoiseLaw(-bottom[1:], _bounded(float(time)), variance, averages, _memory(decays))
+    return NoiseLaw(-bottom[1:], bounded(float(time)), variance, averages, _memory(decays))
 
 
 def _lasting(decay: np.ndarray) -> np.ndarray:
@@ -375,5 +378,6 @@ def _memory(decays: np.ndarray) -> float:
     return float(-1.0 / np.log(slowest))
 
 
-def _bounded(time: float) -> float:
+def bounded(time: float) -> float:
+    """Return a sum of autocorrelations [samples] from 1 to LONGEST."""
     return float(np.clip(time, 1.0, LONGEST))

@@ -15,18 +15,20 @@ from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.signal import lfilter
 from scipy.special import expit, logit
 
+from rigid.likelihood.common_noise import CommonLaw, common_law
 from rigid.likelihood.correlation import LEAST_SAMPLES
 from rigid.likelihood.noise_spectrum import (
     LONGEST,
+    SETTLED,
     WHITE,
     Classes,
-    CommonLaw,
     Found,
     NoiseLaw,
-    common_law,
     law_of,
     periodogram,
+    scaled,
 )
+from rigid.localfit.codes import Codes
 from rigid.localfit.local import LocalFit
 from rigid.localfit.screening import gram
 
@@ -36,10 +38,6 @@ ROUNDS, DRAWS = 3, 8
 """Of the simulation, and series in each. After three the times stand still to 2 %."""
 LIKE_OTHERS = 0.9
 """Probability beforehand that a record's noise is that of the other records of its sensor."""
-SLOW = 5.0
-"""Memory, in sums of a sensor's autocorrelations, of what a channel lacks to be as slow."""
-SETTLED = 5.0
-"""Memories before the first sample in which simulated noise forgets that it began."""
 
 
 class Traces(NamedTuple):
@@ -137,80 +135,6 @@ class Explaining:
         return np.asarray(sum(part @ mine for part, mine in each))
 
 
-class Wandering(NamedTuple):
-    """Noise of a channel, and how slow that of its sensor is.
-
-    - `own`: law of what is left of the channel. - `usual`: that of the sensor's records together,
-      with the channel's `level`, its variance.
-    """
-
-    own: NoiseLaw
-    usual: NoiseLaw
-    level: float
-
-    @property
-    def law(self) -> NoiseLaw:
-        """The slower of the two."""
-        return max(self.own, self.usual, key=lambda law: law.time)
-
-    @property
-    def parts(self) -> tuple[NoiseLaw, ...]:
-        """Laws whose sum is as quick as the channel's own noise, and as slow as its sensor.
-
-        A part that fades slowly takes the small share of the variance with which all of it has the
-        sensor's time. What is quick differs from record to record of a sensor that rounds: where it
-        stands still its noise turns over a step now and then, where it moves with every sample.
-        """
-        more = self.usual.time - self.own.time
-        if more <= 0.0:
-            return (self.own,)
-        memory = max(self.usual.memory, SLOW * self.usual.time)
-        decay = float(np.exp(-1.0 / memory))
-        share = more / ((1.0 + decay) / (1.0 - decay) - self.own.time)
-        innovations = share * self.level * (1.0 - decay**2)
-        slow = NoiseLaw(np.array([decay]), self.usual.time, innovations, memory=memory)
-        return self.own._replace(variance=(1.0 - share) * self.own.variance), slow
-
-
-def noise_laws(
-    local: LocalFit, explaining: Explaining, traces: Traces, good: np.ndarray
-) -> list[Wandering]:
-    """Laws that the scores of each channel's noise follow.
-
-    - `explaining`: by all that may be missing, the `traces`. - `good` (n,): where samples count.
-
-    What goes by the time of one record is something missing or is noise: noise in as far as the
-    sensor does so in its other records. So each channel has two laws, of which the slower counts:
-    that of what is left once such things are explained as well, and that of the records of its
-    sensor where they are not; among these is the record itself in as far as its noise may be that
-    of the others. A sensor of one record alone has none to tell: what wanders in it is noise, and
-    what moves other sensors too is not.
-    """
-    layout = local.layout
-    rows = [layout.channel == number for number in range(len(layout.channels))]
-    own = left_by(explaining, rows, good)
-    if not traces.timed.any():
-        return [Wandering(one.law, one.law, one.level) for one in own]
-    sensors = [(channel.sensor, channel.interval) for channel in layout.channels]
-    alike = [
-        [i for i, its in enumerate(sensors) if its == mine and i != number]
-        for number, mine in enumerate(sensors)
-    ]
-    wide = left_by(explaining.without(traces.timed), rows, good)
-    lone = own
-    if not all(alike) and traces.wandering.any():
-        lone = left_by(explaining.without(traces.wandering), rows, good)
-    laws = []
-    for number, one in enumerate(own):
-        level = one.level
-        if others := [wide[i] for i in alike[number]]:
-            usual = _usual(wide[number], others, level)
-        else:
-            usual = _common([lone[number]], level).law
-        laws.append(Wandering(one.law, usual, level))
-    return laws
-
-
 class Left(NamedTuple):
     """What an explaining leaves of a channel's scores: what they show, their law, samples read."""
 
@@ -222,6 +146,10 @@ class Left(NamedTuple):
     def level(self) -> float:
         """Variance of the noise."""
         return self.law.variance if self.found.empty else self.found.level
+
+    def of_sheet(self) -> "Left":
+        """Return the same with a variance of 1."""
+        return self._replace(law=scaled(self.law, 1.0 / self.law.power))
 
     @classmethod
     def of(
@@ -239,50 +167,155 @@ class Left(NamedTuple):
         return cls(found, law_of(found, float(np.log(read))), read)
 
 
-def _usual(mine: Left, others: Sequence[Left], level: float) -> NoiseLaw:
-    """Law of the noise that a sensor's record would have as the others have it.
-
-    - `mine`: what is left of it; it counts in as far as its noise may be that of the `others`.
-    - `level`: variance that the law is to have.
-    """
-    apart, alone, all_alike = (_common(some, level) for some in (others, [mine], [mine, *others]))
-    log_odds = all_alike.log_evidence - apart.log_evidence - alone.log_evidence
-    like = float(expit(logit(LIKE_OTHERS) + log_odds))
-    times = all_alike.law.time, apart.law.time
-    return apart.law._replace(time=like * times[0] + (1.0 - like) * times[1])
-
-
-def _common(some: Sequence[Left], level: float) -> CommonLaw:
+def common(some: Sequence[Left], level: float) -> CommonLaw:
+    """Fit the law that the noise of some records shares; `level`: variance it is to have."""
     price = float(np.log(max(sum(one.read for one in some), 2)))
     return common_law([one.found for one in some], price, level)
 
 
-def left_by(explaining: Explaining, rows: Sequence[np.ndarray], good: np.ndarray) -> list[Left]:
+class Shared(NamedTuple):
+    """Law that a channel shares with the other records of its sensor, and that of these alone.
+
+    - `like`: probability that it is one law.
+    """
+
+    alike: CommonLaw
+    apart: CommonLaw
+    like: float
+
+    @classmethod
+    def of(cls, mine: Left, others: Sequence[Left], level: float) -> "Shared":
+        """Fit both; the evidence tells how likely the first is.
+
+        - `level`: variance that laws are to have.
+        """
+        apart, alone, alike = (common(some, level) for some in (others, [mine], [mine, *others]))
+        log_odds = alike.log_evidence - apart.log_evidence - alone.log_evidence
+        return cls(alike, apart, float(expit(logit(LIKE_OTHERS) + log_odds)))
+
+
+class Told(NamedTuple):
+    """What is left of a channel's noise, and of that of its sensor.
+
+    What goes by the time of one record is something missing or is noise: noise in as far as the
+    sensor does so in its other records.
+
+    - `own`: once such things are explained as well. - `mine`: where they are not; None where there
+      are none. - `others`: the same of the sensor's other records. A sensor of one record alone has
+      none to tell: what wanders in it is noise, and what moves other sensors too is not.
+    """
+
+    own: Left
+    mine: Left | None
+    others: tuple[Left, ...]
+
+    @property
+    def law(self) -> NoiseLaw:
+        """Its law or that of the sensor's records, whichever is the slower."""
+        return max(self.own.law, self._usual, key=lambda law: law.time)
+
+    @property
+    def _usual(self) -> NoiseLaw:
+        """Law of the noise that the record would have as the others of its sensor have it."""
+        level = self.own.level
+        if self.mine is None:
+            return self.own.law
+        if not self.others:
+            return common([self.mine], level).law
+        shared = Shared.of(self.mine, self.others, level)
+        times = shared.alike.law.time, shared.apart.law.time
+        time = shared.like * times[0] + (1.0 - shared.like) * times[1]
+        return shared.apart.law._replace(time=time)
+
+
+def noise_laws(
+    local: LocalFit, explaining: Explaining, traces: Traces, good: np.ndarray
+) -> list[NoiseLaw]:
+    """Laws that the scores of each channel's noise follow; as in `noise_told`."""
+    return [one.law for one in noise_told(local, explaining, traces, good)]
+
+
+def noise_told(
+    local: LocalFit,
+    explaining: Explaining,
+    traces: Traces,
+    good: np.ndarray,
+    codes: Codes | None = None,
+) -> list[Told]:
+    """Work out what is left of the noise of each channel.
+
+    - `explaining`: by all that may be missing, the `traces`. - `good` (n,): where samples count.
+    - `codes`: as in `left_by`.
+    """
+    layout = local.layout
+    rows = [layout.channel == number for number in range(len(layout.channels))]
+    own = left_by(explaining, rows, good, codes)
+    if not traces.timed.any():
+        return [Told(one, None, ()) for one in own]
+    sensors = [(channel.sensor, channel.interval) for channel in layout.channels]
+    alike = [
+        [i for i, its in enumerate(sensors) if its == mine and i != number]
+        for number, mine in enumerate(sensors)
+    ]
+    wide = left_by(explaining.without(traces.timed), rows, good, codes)
+    lone = own
+    if not all(alike) and traces.wandering.any():
+        lone = left_by(explaining.without(traces.wandering), rows, good, codes)
+    return [
+        Told(one, wide[i] if alike[i] else lone[i], tuple(wide[j] for j in alike[i]))
+        for i, one in enumerate(own)
+    ]
+
+
+def left_by(
+    explaining: Explaining,
+    rows: Sequence[np.ndarray],
+    good: np.ndarray,
+    codes: Codes | None = None,
+) -> list[Left]:
     """What an explaining leaves of each channel's noise.
 
-    - `rows`: masks (n,) of the channels. - `good` (n,): where samples count.
+    - `rows`: masks (n,) of the channels. - `good` (n,): where samples count. - `codes`: where the
+      law sought is that of the noise before its converter, in sds; without them it is that of the
+      scores.
 
-    How much of each frequency the explaining leaves is found from simulated noise of the law so
-    far; with that share the law is held against what is left of the scores, and so again.
+    How much of each frequency converter and explaining leave is found from simulated noise of the
+    law so far; with that share the law is held against what is left of the scores, and so again.
     """
     rng, most = np.random.default_rng(0), int(np.ceil(SETTLED * LONGEST))
     here = [good[mine] for mine in rows]
     white = [rng.standard_normal((most + len(mine), DRAWS)) for mine in here]
+    units = np.ones(len(rows)) if codes is None else codes.unit
 
     def powers(series: np.ndarray) -> list[np.ndarray]:
-        return [periodogram(series[m], mine) for m, mine in zip(rows, here, strict=True)]
+        all_of = zip(rows, here, units, strict=True)
+        return [periodogram(unit * series[m], mine) for m, mine, unit in all_of]
 
     known = np.where(good, np.maximum(explaining.curvature, 0.0), 0.0)
-    usual = [float(known[m].sum() / max(mine.sum(), 1)) for m, mine in zip(rows, here, strict=True)]
+    usual = [
+        float(known[m].sum() / max(mine.sum(), 1)) if codes is None else 1.0
+        for m, mine in zip(rows, here, strict=True)
+    ]
+    greatest = 1.0 if codes is None else np.inf  # of noise that lasts, rounding makes quick noise
     found = powers(explaining.left)
     out = [Left.of(*one) for one in zip(found, here, usual, strict=True)]
     for _ in range(ROUNDS):
         noise = np.zeros((len(good), DRAWS))
-        for m, mine, fresh, one in zip(rows, here, white, out, strict=True):
-            noise[m] = coloured(one.law, fresh[-settling(one.law) - len(mine) :])
+        before = []
+        for number, (m, mine, fresh, one) in enumerate(zip(rows, here, white, out, strict=True)):
+            drawn = coloured(one.law, fresh[-one.law.settling - len(mine) :])
+            before.append(periodogram(drawn, mine))
+            noise[m] = drawn if codes is None else codes.of_noise(number, drawn)
         noise[~good] = 0.0
-        shares = map(_share, powers(noise), powers(explaining.left_of(noise)))
+        shares = [
+            np.minimum(_share(*both), greatest)
+            for both in zip(before, powers(explaining.left_of(noise)), strict=True)
+        ]
         out = [Left.of(*one) for one in zip(found, here, usual, shares, strict=True)]
+        if codes is not None:
+            out = [
+                one.of_sheet() if step else one for one, step in zip(out, codes.step, strict=True)
+            ]
     return out
 
 
@@ -293,17 +326,11 @@ def _share(whole: np.ndarray, rest: np.ndarray) -> np.ndarray:
         return np.zeros(0)
     before = classes.mean(whole)
     there = before > 0.0
-    share = np.where(there, classes.mean(rest) / np.where(there, before, 1.0), 0.0)
-    return np.clip(share, 0.0, 1.0)
-
-
-def settling(law: NoiseLaw) -> int:
-    """Samples in which noise of a law forgets that it began."""
-    return int(np.ceil(SETTLED * law.memory))
+    return np.where(there, classes.mean(rest) / np.where(there, before, 1.0), 0.0)
 
 
 def coloured(law: NoiseLaw, white: np.ndarray) -> np.ndarray:
     """Noise of a law from white noise (settling + n, draws), (n, draws)."""
     innovation = np.sqrt(law.variance) * white
     noise = lfilter([1.0, *law.averages], [1.0, *-law.coefficients], innovation, axis=0)
-    return np.asarray(noise)[settling(law) :]
+    return np.asarray(noise)[law.settling :]

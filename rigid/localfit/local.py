@@ -106,7 +106,7 @@ class LocalFit:
 
 
 @compiled
-def _levels(sheet: SensorSheet, residual: Array, weight: Array, sigma: Array) -> Array:
+def levels_of(sheet: SensorSheet, residual: Array, weight: Array, sigma: Array) -> Array:
     """Log-likelihood of a channel's samples (n,) for several noise levels (levels,)."""
     return weight @ sheet.noise_model(sigma)(residual[:, None]).value
 
@@ -126,7 +126,7 @@ def fitted_noise(local: LocalFit, loudest: float = LOUDEST) -> np.ndarray:
             for label, at in peaks.items()
         }
         height = _heights(local, priors, levels)
-        peaks = {label: _peak(levels[label], height[label]) for label in priors}
+        peaks = {label: peak(levels[label], height[label]) for label in priors}
     return np.array(list(peaks.values()))
 
 
@@ -143,11 +143,11 @@ def _heights(
             rows = layout.channel == number
             sigma = priors[label].from_standard(jnp.asarray(levels[label]))
             residual, weight = jnp.asarray(local.residual[rows]), jnp.asarray(layout.weight[rows])
-            total[label] = total[label] + np.asarray(_levels(sheet, residual, weight, sigma))
+            total[label] = total[label] + np.asarray(levels_of(sheet, residual, weight, sigma))
     return total
 
 
-def _peak(levels: np.ndarray, height: np.ndarray) -> float:
+def peak(levels: np.ndarray, height: np.ndarray) -> float:
     """Place of the peak of a curve over even levels, by a parabola through its top."""
     i = int(np.clip(np.argmax(height), 1, len(height) - 2))
     left, top, right = height[i - 1 : i + 2]

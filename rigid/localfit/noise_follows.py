@@ -12,8 +12,9 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
+from rigid.likelihood.common_noise import common_law
 from rigid.likelihood.correlation import LEAST_SAMPLES
-from rigid.likelihood.noise_spectrum import Found, common_law, periodogram
+from rigid.likelihood.noise_spectrum import Found, periodogram
 from rigid.localfit.local import LocalFit
 
 POOLED = 0.5

@@ -54,6 +54,6 @@ def facts(local: LocalFit, traces: Traces) -> Facts:
     unexplained = (local.residual - explaining.explained) / np.sqrt(loud)
     lighter, found = by_tails(layout, readings, unexplained, good, explaining.leverage)
     weight = np.where(good, lighter, 0.0) / loud
-    for number, noise in enumerate(noise_laws(local, explaining, traces, good)):
-        weight[layout.channel == number] /= noise.law.time
+    for number, law in enumerate(noise_laws(local, explaining, traces, good)):
+        weight[layout.channel == number] /= law.time
     return Facts(weight, found)

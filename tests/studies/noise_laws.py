@@ -65,7 +65,7 @@ def row(name: str, parts: Mapping[float, float], n: int, rng: np.random.Generato
 
     now = told(times())
     nothing: Callable = lambda _: ()  # noqa: E731
-    with patch.object(noise_spectrum._Whittle, "fading", nothing):
+    with patch.object(noise_spectrum.Whittle, "fading", nothing):
         before = told(times())
     return f"| {name} | {n} | {lasting(parts):.1f} | {before} | {now} |\n"
 
