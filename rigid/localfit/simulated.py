@@ -66,7 +66,7 @@ class Campaigns(NamedTuple):
             key: number for number, key in enumerate(dict.fromkeys(map(_key, layout.channels)))
         }
         noise = tuple(
-            tuple(drawn(one, step > 0.0, np.random.default_rng([seed, 9, sensors[_key(channel)]])))
+            tuple(drawn(one, bool(step), np.random.default_rng([seed, 9, sensors[_key(channel)]])))
             for channel, one, step in zip(layout.channels, told, codes.step, strict=True)
         )
         # Where the truth lies in the prior is drawn, too: the fit is pulled off it by its prior.
