@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from rigid.localfit.instants import asked_for, louder
 from rigid.localfit.local import LocalFit
+from rigid.localfit.noise.instants import asked_for, louder
 from rigid.localfit.samples import ChannelKey, Layout, Terms
 
 SAMPLES, RECORDS, INTERVAL, SIGMA = 800, 4, 0.01, 0.05

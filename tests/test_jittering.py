@@ -9,7 +9,7 @@ from rigid.discovery.fitted import Fitted
 from rigid.discovery.signatures import laid_out
 from rigid.discovery.turn import Running, Turn, jittering
 from rigid.io.cache import NOTHING_KEPT
-from rigid.localfit.instants import Jitter
+from rigid.localfit.noise.instants import Jitter
 
 
 def turn_of(problem) -> Turn:

@@ -5,15 +5,15 @@ import pytest
 from scipy.signal import lfilter
 
 from rigid.likelihood.noise_spectrum import NoiseLaw
-from rigid.localfit import leftover
-from rigid.localfit.leftover import (
+from rigid.localfit.local import LocalFit
+from rigid.localfit.noise import leftover
+from rigid.localfit.noise.leftover import (
     TRACE_SD,
     Explaining,
     Traces,
     left_by,
     noise_laws,
 )
-from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import ChannelKey, Layout, Terms
 
 SAMPLES, CHANNELS, TRACES, RHO = 1000, 12, 40, 0.6

@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 from rigid.localfit.local import LocalFit
-from rigid.localfit.noise_follows import POOLED, log_likelihood, pooled, pooled_by
+from rigid.localfit.noise.follows import POOLED, log_likelihood, pooled, pooled_by
 from rigid.localfit.samples import ChannelKey, Layout, Terms
 
 SAMPLES, CHANNELS, SIGMA = 2000, 2, 0.3

@@ -32,12 +32,12 @@ from rigid.localfit.families import Family, families, quiet_values, sweep
 from rigid.localfit.hidden_inputs import HiddenDrag
 from rigid.localfit.hypothesis import Hypothesis, start, widened
 from rigid.localfit.leave_one_out import Judged, held_out_gap, left_out, units
-from rigid.localfit.leftover import Traces
 from rigid.localfit.local import LocalFit, with_weights
+from rigid.localfit.noise.leftover import Traces
+from rigid.localfit.noise.weights import facts
 from rigid.localfit.samples import lay_out
 from rigid.localfit.screening import Around, Screening, gram, screen
 from rigid.localfit.signature import lanes_of, signatures
-from rigid.localfit.weights import facts
 from rigid.localfit.where import where_shown
 from rigid.physics.rig import FREE, build_rig
 from rigid.report.noise_found import noise_found

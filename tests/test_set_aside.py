@@ -13,10 +13,10 @@ from rigid.inference.search import search
 from rigid.likelihood.set_aside import Readings, beyond, listed, readings_of, spikes
 from rigid.localfit.ascent import refined
 from rigid.localfit.leave_one_out import gap
-from rigid.localfit.leftover import Traces
 from rigid.localfit.local import LocalFit
+from rigid.localfit.noise.leftover import Traces
+from rigid.localfit.noise.weights import facts
 from rigid.localfit.samples import aside_of, data_of, lay_out
-from rigid.localfit.weights import facts
 from rigid.report.taken import lines, sentences, taken
 from rigid.spec import find_spec, load_spec
 

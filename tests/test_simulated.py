@@ -7,9 +7,9 @@ from scipy.signal import lfilter
 from scipy.stats import binom
 
 from rigid.likelihood.quantisation import interval
-from rigid.localfit.codes import FAR, Codes
-from rigid.localfit.leftover import Explaining, Told, coloured, left_by
-from rigid.localfit.simulated import DRAWS, drawn
+from rigid.localfit.noise.codes import FAR, Codes
+from rigid.localfit.noise.leftover import Explaining, Told, coloured, left_by
+from rigid.localfit.noise.simulated import DRAWS, drawn
 
 RHO, STEP = 0.9, 3.0
 TIME = (1.0 + RHO) / (1.0 - RHO)

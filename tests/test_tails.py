@@ -6,7 +6,7 @@ import pytest
 from scipy.stats import binom, norm
 
 from rigid.likelihood.noise import sample_law
-from rigid.localfit.tails import TRIED, Counted, _clustered, tails, weights
+from rigid.localfit.noise.tails import TRIED, Counted, _clustered, tails, weights
 
 SAMPLES, RECORDS, DOF = 1000, 5, 4.0
 STEPS = (0.2, 1.0, 3.0)

@@ -12,10 +12,10 @@ import numpy as np
 from jaxtyping import Float
 from scipy.stats import chi2, norm
 
-from rigid.localfit.leftover import Traces
 from rigid.localfit.local import LocalFit
+from rigid.localfit.noise.leftover import Traces
+from rigid.localfit.noise.simulated import Campaigns
 from rigid.localfit.samples import ChannelKey
-from rigid.localfit.simulated import Campaigns
 
 BLOCKS, BINS, LAGS = 12, 8, 20
 """Stretches of a record, classes of a state, lags in samples that are looked at."""

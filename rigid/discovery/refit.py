@@ -21,7 +21,7 @@ from rigid.localfit.expansion import Point, expanded
 from rigid.localfit.families import Family
 from rigid.localfit.hypothesis import Hypothesis, widened
 from rigid.localfit.local import LocalFit
-from rigid.localfit.noise_follows import pooled
+from rigid.localfit.noise.follows import pooled
 from rigid.localfit.samples import Layout, Terms
 from rigid.localfit.settled import another_law, below, labels_of, nearer_priors, state_of, unsettled
 

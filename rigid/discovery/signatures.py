@@ -15,7 +15,7 @@ from rigid.effects.placed import origin
 from rigid.io.cache import Shelf
 from rigid.localfit.candidates import EVENT, Candidate, candidates, events, onsets
 from rigid.localfit.families import Effects, Family, read
-from rigid.localfit.leftover import Traces
+from rigid.localfit.noise.leftover import Traces
 from rigid.localfit.signature import lanes_of, signatures
 
 SHAPES = 4

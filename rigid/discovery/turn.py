@@ -34,12 +34,12 @@ from rigid.localfit.ascent import refined
 from rigid.localfit.expansion import Point, expanded
 from rigid.localfit.families import Effects, families
 from rigid.localfit.hypothesis import Absorbed
-from rigid.localfit.instants import asked_for
 from rigid.localfit.local import LocalFit, fitted_noise, with_noise, with_weights
-from rigid.localfit.noise_follows import pooled, pooled_by
+from rigid.localfit.noise.follows import pooled, pooled_by
+from rigid.localfit.noise.instants import asked_for
+from rigid.localfit.noise.weights import facts
 from rigid.localfit.screening import Around, screen
 from rigid.localfit.settled import unsettled
-from rigid.localfit.weights import facts
 
 Report = Callable[[str], None]
 FEW = 6

@@ -22,10 +22,10 @@ from rigid.localfit.ascent import MOST_TURNS, descended, led, refined, settled
 from rigid.localfit.expansion import Point, expand
 from rigid.localfit.families import Family, families
 from rigid.localfit.hypothesis import Hypothesis
-from rigid.localfit.leftover import Traces
 from rigid.localfit.local import LocalFit
+from rigid.localfit.noise.leftover import Traces
+from rigid.localfit.noise.weights import facts
 from rigid.localfit.samples import Layout, Terms, lay_out
-from rigid.localfit.weights import facts
 
 STARTS = 4
 """Starts of the model with memory: the centre of its priors, and draws from them."""

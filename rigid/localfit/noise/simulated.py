@@ -13,8 +13,9 @@ from scipy.linalg import cho_factor, cho_solve
 
 from rigid.likelihood.common_noise import Likely
 from rigid.likelihood.noise_spectrum import NoiseLaw, scaled, swings
-from rigid.localfit.codes import Codes
-from rigid.localfit.leftover import (
+from rigid.localfit.local import LocalFit
+from rigid.localfit.noise.codes import Codes
+from rigid.localfit.noise.leftover import (
     Explaining,
     Left,
     Shared,
@@ -24,7 +25,6 @@ from rigid.localfit.leftover import (
     common,
     noise_told,
 )
-from rigid.localfit.local import LocalFit
 from rigid.localfit.samples import ChannelKey
 
 DRAWS = 1000

@@ -3,10 +3,9 @@
 Residuals that resemble their neighbours count less (`rigid.likelihood.correlation`). But a missing
 effect makes neighbours alike, too; taken for correlated noise, it would hide itself. So the
 correlation is that of what is left after the signatures of all effects and hidden forces have been
-fitted (`rigid.localfit.leftover`). Readings that move fast count less where instants jitter
-(`rigid.localfit.instants`), and single samples far off where noise has heavy tails
-(`rigid.localfit.tails`). Samples that are set aside (`rigid.likelihood.set_aside`) do not count
-at all.
+fitted (`leftover.py`). Readings that move fast count less where instants jitter (`instants.py`),
+and single samples far off where noise has heavy tails (`tails.py`). Samples that are set aside
+(`rigid.likelihood.set_aside`) do not count at all.
 """
 
 import dataclasses
@@ -17,10 +16,10 @@ import numpy as np
 from jaxtyping import Float
 
 from rigid.likelihood.set_aside import readings_of, set_aside
-from rigid.localfit.instants import louder
-from rigid.localfit.leftover import Explaining, Traces, noise_laws
 from rigid.localfit.local import LocalFit, with_weights
-from rigid.localfit.tails import by_tails
+from rigid.localfit.noise.instants import louder
+from rigid.localfit.noise.leftover import Explaining, Traces, noise_laws
+from rigid.localfit.noise.tails import by_tails
 
 
 class Facts(NamedTuple):

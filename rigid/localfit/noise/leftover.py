@@ -28,8 +28,8 @@ from rigid.likelihood.noise_spectrum import (
     periodogram,
     scaled,
 )
-from rigid.localfit.codes import Codes
 from rigid.localfit.local import LocalFit
+from rigid.localfit.noise.codes import Codes
 from rigid.localfit.screening import gram
 
 TRACE_SD = 15.0

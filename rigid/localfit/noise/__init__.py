@@ -1,0 +1,1 @@
+"""What the noise of residuals is: how it lasts, its tails, jittering instants, its converters."""
