@@ -55,9 +55,9 @@ class Codes:
         score = [
             terms(layout, local.residual + k * wide, levels).score for k in range(-reach, reach + 1)
         ]
-        counted = np.array([np.mean(layout.weight[r][layout.weight[r] > 0.0]) for r in rows])
+        counted = [layout.weight[mine].sum() / max(layout.read[mine].sum(), 1) for mine in rows]
         curvature = np.maximum(local.terms.curvature, 0.0)
-        unit = usual**2 / (sigma * counted)
+        unit = usual**2 / (sigma * np.where(counted, counted, 1.0))
         return cls(rows, sigma, step, local.residual, curvature, np.stack(score, axis=1), unit)
 
     def of_noise(self, number: int, noise: np.ndarray) -> np.ndarray:

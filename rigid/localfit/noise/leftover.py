@@ -298,7 +298,13 @@ def left_by(
     ]
     greatest = 1.0 if codes is None else np.inf  # of noise that lasts, rounding makes quick noise
     found = powers(explaining.left)
-    out = [Left.of(*one) for one in zip(found, here, usual, strict=True)]
+    rounded = np.zeros(len(rows)) if codes is None else codes.step
+
+    def told(shares: Sequence[np.ndarray | None]) -> list[Left]:
+        laws = [Left.of(*one) for one in zip(found, here, usual, shares, strict=True)]
+        return [law.of_sheet() if step else law for law, step in zip(laws, rounded, strict=True)]
+
+    out = told([None] * len(rows))
     for _ in range(ROUNDS):
         noise = np.zeros((len(good), DRAWS))
         before = []
@@ -311,11 +317,7 @@ def left_by(
             np.minimum(_share(*both), greatest)
             for both in zip(before, powers(explaining.left_of(noise)), strict=True)
         ]
-        out = [Left.of(*one) for one in zip(found, here, usual, shares, strict=True)]
-        if codes is not None:
-            out = [
-                one.of_sheet() if step else one for one, step in zip(out, codes.step, strict=True)
-            ]
+        out = told(shares)
     return out
 
 
