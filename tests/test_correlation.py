@@ -9,7 +9,8 @@ from scipy.signal import lfilter
 from rigid.likelihood import noise_spectrum
 from rigid.likelihood.common_noise import common_law
 from rigid.likelihood.correlation import ahead, autocovariance, noise_law
-from rigid.likelihood.noise_spectrum import Found, NoiseLaw, of_parts, periodogram
+from rigid.likelihood.noise_spectrum import NoiseLaw, of_parts
+from rigid.likelihood.periodogram import Found, periodogram
 from rigid.likelihood.quantisation import interval
 
 ALL = np.ones(1200, dtype=bool)

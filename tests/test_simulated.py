@@ -77,6 +77,25 @@ def test_noise_before_the_converter_lasts_longer_than_what_is_read_of_it():
     assert np.mean(times["scores"]) < 0.7 * TIME
 
 
+def near(scores: np.ndarray) -> np.ndarray:
+    """Correlation of scores (n, draws) from one sample to the next."""
+    return np.mean(scores[1:] * scores[:-1], axis=0) / np.mean(scores**2, axis=0)
+
+
+def test_simulated_scores_resemble_their_neighbours_as_those_on_record_do():
+    rng, samples = np.random.default_rng(8), 1500
+    found, simulated = [], []
+    for _ in range(12):
+        codes, around = read(swept(rng, samples), lasting(rng, samples)[:, 0], STEP)
+        every = [np.ones(samples, dtype=bool)]
+        law = left_by(around, every, every[0], codes)[0].law
+        noise = coloured(law, rng.standard_normal((law.settling + samples, 50)))
+        found.append(float(near(around.score[:, None])[0]))
+        simulated.append(float(near(codes.of_noise(0, noise)).mean()))
+    # a record's scatters by 0.05 and the law moves with it: of twelve, 0.015
+    assert np.mean(simulated) == pytest.approx(np.mean(found), abs=0.05)
+
+
 def test_noise_of_which_the_records_say_little_is_drawn_with_laws_as_unlike_as_that():
     """How large a mean of noise is by chance: with one law for all campaigns, too often too large.
 

@@ -8,7 +8,6 @@ from scipy.special import logsumexp, softmax
 
 from rigid.likelihood.noise_spectrum import (
     WHITE,
-    Found,
     NoiseLaw,
     Tried,
     Whittle,
@@ -16,6 +15,7 @@ from rigid.likelihood.noise_spectrum import (
     of_parts,
     scaled,
 )
+from rigid.likelihood.periodogram import Found
 
 
 class Likely(NamedTuple):

@@ -10,7 +10,8 @@ really scatter by (magnitude adjustment of a composite likelihood: Ribatet, Cool
 import numpy as np
 from scipy.signal import lfilter
 
-from rigid.likelihood.noise_spectrum import WHITE, Found, NoiseLaw, law_of, periodogram
+from rigid.likelihood.noise_spectrum import WHITE, NoiseLaw, law_of
+from rigid.likelihood.periodogram import Found, periodogram
 
 LEAST_SAMPLES = 20
 """Of a series whose correlation can be judged."""

@@ -14,12 +14,12 @@ import numpy as np
 from scipy.linalg import solve_toeplitz
 from scipy.signal import lfilter
 
+from rigid.likelihood.periodogram import Classes, Found
+
 MAX_ORDER = 8
 """Of an autoregression, for noise that beats; parts that fade stand for longer memory."""
 MEMORIES = 24
 """Memories that are tried, from one sample to a sixth of the series."""
-WIDENING = 1.12
-"""Of a class of frequencies over the one before; the lowest frequencies stand alone."""
 ROUNDS, FIRST_ROUNDS, NEAR = 60, 12, 32
 """In which the sizes of parts settle (multiplicative updates; Fevotte and Idier 2011, Neural
 Computation 23, eq. 12, which never lead down); after the first of them so many of the likeliest
@@ -33,8 +33,6 @@ SETTLED = 5.0
 """Memories in which simulated noise forgets that it began."""
 LEAST_GAIN = 1e-6
 """Of an autoregression's answer to a constant."""
-LEAST_LEFT = 0.02
-"""Share of the noise, left at a frequency, below which that frequency does not count."""
 TELLING = 0.2
 """Share that has to be left at a frequency whose period is that of the longest memory: of slower
 parts the tail alone would be seen, which is the same for all."""
@@ -67,87 +65,6 @@ class NoiseLaw(NamedTuple):
 
 
 WHITE = NoiseLaw(np.zeros(0), 1.0)
-
-
-class Classes(NamedTuple):
-    """Frequencies of a series in classes.
-
-    - `first` (b,): numbers of each class's first. - `sizes` (b,). - `turn` (m,): radians a sample.
-    """
-
-    first: np.ndarray
-    sizes: np.ndarray
-    turn: np.ndarray
-
-    @classmethod
-    def of(cls, frequencies: int) -> "Classes":
-        """Part so many frequencies, those of a series of twice as many samples, without 0."""
-        edges = [0]
-        while edges[-1] < frequencies:
-            wide = round(WIDENING * (edges[-1] + 1)) - 1
-            edges.append(min(frequencies, max(edges[-1] + 1, wide)))
-        turn = np.pi * np.arange(1, frequencies + 1) / max(frequencies, 1)
-        return cls(np.array(edges[:-1], dtype=int), np.diff(edges).astype(float), turn)
-
-    def mean(self, series: np.ndarray) -> np.ndarray:
-        """Means of a series (..., m) in the classes (..., b)."""
-        return np.add.reduceat(series, self.first, axis=-1) / self.sizes
-
-
-def periodogram(series: np.ndarray, valid: np.ndarray) -> np.ndarray:
-    """Power of series (n, ...) at all frequencies but 0, on average over them (m,).
-
-    - `valid` (n,): where they were read. From the first sample that was to the last, what was not
-      counts as 0.
-    """
-    read = np.flatnonzero(valid)
-    if len(read) < 2:
-        return np.zeros(0)
-    span = slice(int(read[0]), int(read[-1]) + 1)
-    clean = np.where(valid[span].reshape(-1, *[1] * (series.ndim - 1)), series[span], 0.0)
-    power = np.abs(np.fft.rfft(clean, axis=0)[1:]) ** 2 / len(read)
-    return power.reshape(len(power), -1).mean(axis=1)
-
-
-class Found(NamedTuple):
-    """What a series shows of its noise.
-
-    - `fine` (m,): its periodogram. - `power`, `weight` (b,): in classes, and how many frequencies
-      each stands for.
-    """
-
-    fine: np.ndarray
-    power: np.ndarray
-    weight: np.ndarray
-
-    @classmethod
-    def of(cls, power: np.ndarray, left: np.ndarray | None = None) -> "Found":
-        """Lay out a periodogram (m,).
-
-        - `left` (b,): share of the noise that is left in each class of frequencies, where some of
-          it was taken out; 1 without it.
-        """
-        classes = Classes.of(len(power))
-        seen = np.ones(len(classes.sizes)) if left is None else left
-        good = seen > LEAST_LEFT
-        usable = np.where(good, seen, 1.0)
-        fine = power / np.repeat(np.maximum(seen, LEAST_LEFT), classes.sizes.astype(int))
-        mean = classes.mean(power) if len(power) else np.zeros(0)
-        return cls(
-            fine,
-            np.where(good, mean / usable, 0.0),
-            np.where(good, classes.sizes * np.minimum(seen, 1.0), 0.0),
-        )
-
-    @property
-    def empty(self) -> bool:
-        """Whether it shows nothing."""
-        return not (self.power * self.weight).sum() > 0.0
-
-    @property
-    def level(self) -> float:
-        """Mean power of all frequencies."""
-        return float(self.weight @ self.power / self.weight.sum())
 
 
 class Fit(NamedTuple):

@@ -14,7 +14,7 @@ from jaxtyping import Float
 
 from rigid.likelihood.common_noise import common_law
 from rigid.likelihood.correlation import LEAST_SAMPLES
-from rigid.likelihood.noise_spectrum import Found, periodogram
+from rigid.likelihood.periodogram import Found, periodogram
 from rigid.localfit.local import LocalFit
 
 POOLED = 0.5

@@ -17,17 +17,8 @@ from scipy.special import expit, logit
 
 from rigid.likelihood.common_noise import CommonLaw, common_law
 from rigid.likelihood.correlation import LEAST_SAMPLES
-from rigid.likelihood.noise_spectrum import (
-    LONGEST,
-    SETTLED,
-    WHITE,
-    Classes,
-    Found,
-    NoiseLaw,
-    law_of,
-    periodogram,
-    scaled,
-)
+from rigid.likelihood.noise_spectrum import LONGEST, SETTLED, WHITE, NoiseLaw, law_of, scaled
+from rigid.likelihood.periodogram import Classes, Found, Read, periodogram
 from rigid.localfit.local import LocalFit
 from rigid.localfit.noise.codes import Codes
 from rigid.localfit.screening import gram
@@ -153,18 +144,27 @@ class Left(NamedTuple):
 
     @classmethod
     def of(
-        cls, power: np.ndarray, good: np.ndarray, usual: float, left: np.ndarray | None = None
+        cls,
+        power: np.ndarray,
+        good: np.ndarray,
+        usual: float,
+        left: np.ndarray | None = None,
+        read: Read | None = None,
     ) -> "Left":
         """Fit the law of a periodogram (m,).
 
         - `good` (n,): what counts. - `usual`: variance where nothing tells it, as the sheet has it.
-        - `left` (b,): as in `Found.of`.
+        - `left` (b,), `read`: as in `Found.of`.
         """
-        found, read = Found.of(power, left), int(good.sum())
-        if found.empty or read < LEAST_SAMPLES:
+        found, count = Found.of(power, left, read), int(good.sum())
+        if found.empty or count < LEAST_SAMPLES:
             level = usual if found.empty else found.level
-            return cls(found, WHITE._replace(variance=level), read)
-        return cls(found, law_of(found, float(np.log(read))), read)
+            return cls(found, WHITE._replace(variance=level), count)
+        price = float(np.log(count))
+        if read is None:
+            return cls(found, law_of(found, price), count)
+        # what is told through a converter shows no swing
+        return cls(found, common_law([found], price, found.level).law, count)
 
 
 def common(some: Sequence[Left], level: float) -> CommonLaw:
@@ -296,28 +296,28 @@ def left_by(
         float(known[m].sum() / max(mine.sum(), 1)) if codes is None else 1.0
         for m, mine in zip(rows, here, strict=True)
     ]
-    greatest = 1.0 if codes is None else np.inf  # of noise that lasts, rounding makes quick noise
     found = powers(explaining.left)
     rounded = np.zeros(len(rows)) if codes is None else codes.step
 
-    def told(shares: Sequence[np.ndarray | None]) -> list[Left]:
-        laws = [Left.of(*one) for one in zip(found, here, usual, shares, strict=True)]
+    def told(shares: Sequence[np.ndarray | None], reads: Sequence[Read | None]) -> list[Left]:
+        laws = [Left.of(*one) for one in zip(found, here, usual, shares, reads, strict=True)]
         return [law.of_sheet() if step else law for law, step in zip(laws, rounded, strict=True)]
 
-    out = told([None] * len(rows))
+    none = [None] * len(rows)
+    out = told(none, none)
     for _ in range(ROUNDS):
         noise = np.zeros((len(good), DRAWS))
-        before = []
-        for number, (m, mine, fresh, one) in enumerate(zip(rows, here, white, out, strict=True)):
-            drawn = coloured(one.law, fresh[-one.law.settling - len(mine) :])
-            before.append(periodogram(drawn, mine))
-            noise[m] = drawn if codes is None else codes.of_noise(number, drawn)
-        noise[~good] = 0.0
-        shares = [
-            np.minimum(_share(*both), greatest)
-            for both in zip(before, powers(explaining.left_of(noise)), strict=True)
+        drawn = [
+            coloured(one.law, fresh[-one.law.settling - len(mine) :])
+            for mine, fresh, one in zip(here, white, out, strict=True)
         ]
-        out = told(shares)
+        for number, (m, one) in enumerate(zip(rows, drawn, strict=True)):
+            noise[m] = one if codes is None else codes.of_noise(number, one)
+        noise[~good] = 0.0
+        read, after = powers(noise), powers(explaining.left_of(noise))
+        left = [np.minimum(_share(*both), 1.0) for both in zip(read, after, strict=True)]
+        reads = none if codes is None else [*map(Read.of, map(periodogram, drawn, here), read)]
+        out = told(left, reads)
     return out
 
 

@@ -108,7 +108,7 @@ def drawn(told: Told, rounded: bool, rng: np.random.Generator) -> Iterator[Drawn
     place, other = rng.random((2, DRAWS))
     mine = told.own if told.mine is None else told.mine
     size, own_size = (None, None) if rounded else (mine.level, told.own.level)
-    if _swings(told.own):
+    if not rounded and _swings(told.own):
         yield Drawn(told.own.law, np.arange(DRAWS))
     elif not told.others:
         yield from _groups(common([mine], 1.0).likely, place, np.arange(DRAWS), size)
