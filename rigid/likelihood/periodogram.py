@@ -93,8 +93,8 @@ class Read(NamedTuple):
 class Found(NamedTuple):
     """What a series shows of its noise.
 
-    - `fine` (m,): its periodogram. - `power`, `weight` (b,): in classes, and how many frequencies
-      each stands for.
+    - `fine` (m,): its periodogram, as read. - `power`, `weight` (b,): in classes, and how many
+      frequencies each stands for.
     """
 
     fine: np.ndarray
@@ -113,17 +113,12 @@ class Found(NamedTuple):
         classes = Classes.of(len(power))
         seen = np.ones(len(classes.sizes)) if left is None else left
         good = seen > LEAST_LEFT
+        fine = power / classes.spread(np.maximum(seen, LEAST_LEFT))
         mean = classes.mean(power) if len(power) else np.zeros(0)
-        mean, fine = (
-            mean / np.where(good, seen, 1.0),
-            power / classes.spread(np.maximum(seen, LEAST_LEFT)),
-        )
-        told = seen
+        mean, told = mean / np.where(good, seen, 1.0), seen
         if read is not None and read.gain > 0.0:
-            made, least = read.made, LEAST_READ * read.before
             told = seen * read.told**2
-            mean = np.maximum((mean - made) / read.gain, least)
-            fine = np.maximum((fine - classes.spread(made)) / read.gain, classes.spread(least))
+            mean = np.maximum((mean - read.made) / read.gain, LEAST_READ * read.before)
         return cls(fine, np.where(good, mean, 0.0), np.where(good, classes.sizes * told, 0.0))
 
     @property

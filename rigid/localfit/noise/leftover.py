@@ -316,7 +316,10 @@ def left_by(
         noise[~good] = 0.0
         read, after = powers(noise), powers(explaining.left_of(noise))
         left = [np.minimum(_share(*both), 1.0) for both in zip(read, after, strict=True)]
-        reads = none if codes is None else [*map(Read.of, map(periodogram, drawn, here), read)]
+        reads = [
+            Read.of(periodogram(one, mine), now) if step else None
+            for one, mine, now, step in zip(drawn, here, read, rounded, strict=True)
+        ]
         out = told(left, reads)
     return out
 
