@@ -77,6 +77,21 @@ def test_noise_before_the_converter_lasts_longer_than_what_is_read_of_it():
     assert np.mean(times["scores"]) < 0.7 * TIME
 
 
+def test_noise_that_swings_and_that_no_converter_rounds_swings_in_all_campaigns():
+    rng, samples = np.random.default_rng(9), 1500
+    pull = np.array([1.6, -0.9])  # swings once in eleven samples, and lasts for nineteen
+    noise = lfilter([1.0], [1.0, *-pull], rng.standard_normal(samples + 500))[500:]
+    every, one = [np.ones(samples, dtype=bool)], np.ones(1)
+    nothing = np.zeros((samples, 0))
+    codes = Codes((np.arange(samples),), one, 0.0 * one, noise, every[0] * 1.0, nothing, one)
+    around = Explaining(noise, np.ones(samples), (nothing,), np.zeros((0, 0)), *(np.zeros(0),) * 3)
+    own = left_by(around, every, every[0], codes)[0]
+    (only,) = drawn(Told(own, None, ()), False, rng)
+    assert len(only.columns) == DRAWS
+    # sd of a coefficient sqrt((1 - 0.9^2)/n): 0.011; orders are chosen
+    np.testing.assert_allclose(only.law.coefficients[:2], pull, atol=0.1)
+
+
 def near(scores: np.ndarray) -> np.ndarray:
     """Correlation of scores (n, draws) from one sample to the next."""
     return np.mean(scores[1:] * scores[:-1], axis=0) / np.mean(scores**2, axis=0)

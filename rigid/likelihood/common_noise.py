@@ -14,6 +14,7 @@ from rigid.likelihood.noise_spectrum import (
     bounded,
     of_parts,
     scaled,
+    times_of,
 )
 from rigid.likelihood.periodogram import Found
 
@@ -39,13 +40,13 @@ class Likely(NamedTuple):
             size.append(np.pad(one.size, more))
             decay.append(np.pad(one.decay, more))
         sizes, decays = np.concatenate(size), np.concatenate(decay)
-        order = np.argsort(_times(sizes, decays), kind="stable")
+        order = np.argsort(times_of(sizes, decays), kind="stable")
         return cls(sizes[order], decays[order], softmax(log_weight)[order])
 
     @property
     def time(self) -> np.ndarray:
         """Sum of all autocorrelations of each law (m,)."""
-        return _times(self.size, self.decay)
+        return times_of(self.size, self.decay)
 
     def at(self, place: np.ndarray) -> np.ndarray:
         """Return the numbers (draws,) of the laws that so many of all, 0 to 1, do not outlast."""
@@ -55,11 +56,6 @@ class Likely(NamedTuple):
     def law(self, number: int) -> NoiseLaw:
         """One of them."""
         return of_parts(self.size[number, 0], self.size[number, 1:], self.decay[number])
-
-
-def _times(size: np.ndarray, decay: np.ndarray) -> np.ndarray:
-    lasting = np.sum(size[:, 1:] * (1.0 + decay) / (1.0 - decay), axis=1)
-    return (size[:, 0] + lasting) / size.sum(axis=1)
 
 
 class CommonLaw(NamedTuple):

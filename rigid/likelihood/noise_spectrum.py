@@ -120,12 +120,6 @@ class Tried(NamedTuple):
     cost: np.ndarray
     of: int
 
-    @property
-    def time(self) -> np.ndarray:
-        """Of each law, as `NoiseLaw.time` (m,)."""
-        lasting = np.concatenate([np.ones((len(self.size), 1)), _lasting(self.decay)], axis=1)
-        return np.sum(self.size * lasting, axis=1) / self.size.sum(axis=1)
-
 
 class Whittle(NamedTuple):
     """What laws of noise with a variance of 1 are held against.
@@ -251,13 +245,18 @@ def of_parts(white: float, sizes: np.ndarray, decays: np.ndarray) -> NoiseLaw:
         more = size * (1.0 - decay**2) * _autocorrelation(others)
         top = top + np.pad(more, (0, len(top) - len(more)))
     averages, variance = _factor(top)
-    time = (white + np.sum(sizes * _lasting(decays))) / (white + sizes.sum())
-    return NoiseLaw(-bottom[1:], bounded(float(time)), variance, averages, _memory(decays))
+    time = float(times_of(np.append(white, sizes), decays))
+    return NoiseLaw(-bottom[1:], bounded(time), variance, averages, _memory(decays))
 
 
-def _lasting(decay: np.ndarray) -> np.ndarray:
-    """Sum of the autocorrelations of a part of which a share `decay` is left a sample later."""
-    return (1.0 + decay) / (1.0 - decay)
+def times_of(size: np.ndarray, decay: np.ndarray) -> np.ndarray:
+    """Sums of all autocorrelations (...,) of white noise and parts that fade.
+
+    - `size` (..., 1 + k): variances of the white noise and of the parts. - `decay` (..., k): share
+      of a part that is left a sample later.
+    """
+    lasting = np.sum(size[..., 1:] * (1.0 + decay) / (1.0 - decay), axis=-1)
+    return np.asarray((size[..., 0] + lasting) / size.sum(axis=-1))
 
 
 def _product(polynomials: list[np.ndarray]) -> np.ndarray:

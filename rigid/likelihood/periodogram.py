@@ -103,7 +103,7 @@ class Found(NamedTuple):
 
     @classmethod
     def of(
-        cls, power: np.ndarray, left: np.ndarray | None = None, read: "Read | None" = None
+        cls, power: np.ndarray, left: np.ndarray | None = None, read: Read | None = None
     ) -> "Found":
         """Lay out a periodogram (m,).
 

@@ -111,13 +111,18 @@ def channel_of(one: dict[str, Any]) -> str:
     return f"{record} {one['channel']}"
 
 
-def _row(one: dict[str, Any]) -> tuple[str, str, str, str, str]:
+def place_of(one: dict[str, Any]) -> str:
+    """Where a disagreement of discovery.json is most."""
     low, high = (metrology.significant(one[end], one["unit"]) for end in ("from", "to"))
+    return low if low == high else f"{low} to {high}"
+
+
+def _row(one: dict[str, Any]) -> tuple[str, str, str, str, str]:
     after = one["p_value_after"]
     return (
         channel_of(one),
         one["over"],
-        low if low == high else f"{low} to {high}",
+        place_of(one),
         metrology.chance(one["p_value"]),
         "" if after is None else metrology.chance(after),
     )

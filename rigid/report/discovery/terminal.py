@@ -3,7 +3,7 @@
 from typing import Any
 
 from rigid.plots.metrology import chance
-from rigid.report.discovery.compared import channel_of
+from rigid.report.discovery.compared import channel_of, place_of
 
 
 def table(made: dict[str, Any]) -> str:
@@ -15,8 +15,7 @@ def table(made: dict[str, Any]) -> str:
     lines = [f"verdict: {made['verdict']}"]
     for one in made["disagreements"]:
         lines.append(
-            f"   {channel_of(one)} over {one['over']}, {one['from']:.3g} to {one['to']:.3g} "
-            f"{one['unit']}: p {chance(one['p_value'])}"
+            f"   {channel_of(one)} over {one['over']}, {place_of(one)}: p {chance(one['p_value'])}"
         )
     for number, step in enumerate(made["steps"], start=1):
         where = step["where"]
