@@ -16,6 +16,7 @@ from rigid.io.cache import NOTHING_KEPT
 from rigid.likelihood.problem import Problem
 from rigid.localfit.expansion import Point, expanded
 from rigid.localfit.hypothesis import Absorbed, widened
+from rigid.localfit.reference_check import against_reference
 from rigid.localfit.settled import labels_of
 from rigid.report.discovery.lead import lead, ruling
 
@@ -68,6 +69,25 @@ def test_readings_move_by_what_is_absorbed_and_by_nothing_else(quiet):
     np.testing.assert_array_equal(
         there.hypothesis.sensors(there.w), local.hypothesis.sensors(local.w)
     )
+
+
+@pytest.mark.slow
+def test_steps_are_judged_with_what_is_absorbed(quiet):
+    """Records all moved alike, and that absorbed, say the same of the solver as before."""
+    local, _ = quiet
+    change = 20.0 * local.layout.floor * np.sin(np.arange(len(local.residual)) / 40.0)
+    there = holding_absorbed(local, change[:, None], [1.0])
+    problem = there.layout.problem
+    pieces, at = [], 0
+    for piece in problem.pieces:
+        here = change[at : at + piece.data.size].reshape(piece.data.shape[::-1]).T
+        pieces.append(eqx.tree_at(lambda p: p.data, piece, piece.data + here))
+        at += piece.data.size
+    moved = dataclasses.replace(problem, pieces=tuple(pieces))
+    there = dataclasses.replace(there, layout=dataclasses.replace(there.layout, problem=moved))
+    before, after = (against_reference(one, 1, 1e-3).differences[0] for one in (local, there))
+    assert abs(before) > 1e-3
+    assert after == pytest.approx(before, rel=0.05)
 
 
 @pytest.mark.slow

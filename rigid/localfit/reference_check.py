@@ -6,6 +6,7 @@ from collections.abc import Callable
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
+from jaxtyping import Float
 
 from rigid.inference.reference_check import (
     POINTS,
@@ -29,18 +30,20 @@ def against_reference(
 ) -> SolverCheck | None:
     """Solve a fit again by diffrax; None where there is nothing to solve.
 
-    Noise levels stay at those of the fit; samples count as they do there.
+    Noise levels stay at those of the fit; samples count as they do there. What was absorbed moves
+    readings both ways.
     """
     hypothesis, family = local.hypothesis, local.family
     if nothing_solved(hypothesis.problem):
         return None
-    size = len(hypothesis.parameters)
+    absorbed = [np.arange(here.start, here.stop) for here, *_ in hypothesis.latent(local.w)]
+    drawn = np.concatenate([np.arange(len(hypothesis.parameters)), *absorbed])
     rng = np.random.default_rng([seed, 4])
-    spread = np.linalg.cholesky(np.linalg.inv(local.information)[:size, :size])
-    moved = rng.standard_normal((POINTS, size)) @ spread.T
+    spread = np.linalg.cholesky(np.linalg.inv(local.information)[np.ix_(drawn, drawn)])
+    moved = rng.standard_normal((POINTS, len(drawn))) @ spread.T
     moved[0] = 0.0
     w = np.tile(local.w, (POINTS, 1))
-    w[:, :size] += moved
+    w[:, drawn] += moved
     problem = dataclasses.replace(local.layout.weighed_problem, groups=family.groups)
 
     def exact(given: dict[str, Array]) -> Predictions:
@@ -52,7 +55,8 @@ def against_reference(
     def first(count: int) -> SolverCheck:
         values = _values(local, w[:count])
         by_steps, by_solve = (
-            _confined(hypothesis, problem.groups, values, way) for way in (fast, exact)
+            _with_absorbed(local, w[:count], _confined(hypothesis, problem.groups, values, way))
+            for way in (fast, exact)
         )
         return compared(problem, values, by_steps, by_solve, tolerance)
 
@@ -90,3 +94,23 @@ def _confined(
             for quantity in mine:
                 mine[quantity] = np.where(elsewhere, other[quantity], mine[quantity])
     return found
+
+
+def _with_absorbed(
+    local: LocalFit, w: Float[np.ndarray, "points size"], found: Predictions
+) -> Predictions:
+    """Predictions that what was absorbed has moved; without it a fit is not near its records."""
+    hypothesis, layout = local.hypothesis, local.layout
+    if not hypothesis.absorbed:
+        return found
+    latent = hypothesis.latent(local.w)
+    change = np.sum([one.columns @ w[:, here].T for here, one, _ in latent], axis=0)
+    gain = (hypothesis.sensors(local.w) * layout.spreads)[layout.sensor, 0]
+    change, at = change / (1.0 + gain[:, None]), 0
+    moved = [{quantity: np.array(series) for quantity, series in one.items()} for one in found]
+    for piece in layout.problem.pieces:
+        size, tracks = piece.data.size, list(piece.tracks)
+        here = change[at : at + size].reshape(len(tracks), -1, len(w))
+        moved[piece.group][piece.quantity][:, tracks] += here.swapaxes(0, 1)
+        at += size
+    return moved
