@@ -126,10 +126,11 @@ def cases():
 
 @pytest.mark.parametrize(("name", "contact"), list(cases()))
 def test_follows_the_reference_to_a_tenth_of_a_sensors_step(name: str, contact: float):
-    """To a hundredth without dry friction, which half of the steps would miss with air or slack."""
+    """To a fiftieth without dry friction: with one stiffness of the oil, air would miss that, with
+    half of the steps, slack."""
     values, names = NOMINAL | (DRY | SMOOTH)[name], (*BASE, name)
     expected = by_lsoda(values, names, contact, FLOWS, TURNING)
-    most = 1.0 if name in DRY else 0.12
+    most = 1.0 if name in DRY else 0.2
     assert worst(by_steps(values, names, contact, FLOWS, TURNING), expected) < most
     without = by_steps(NOMINAL, BASE, contact, FLOWS, TURNING)
     if (name, contact) not in UNSEEN:

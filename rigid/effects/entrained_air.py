@@ -40,7 +40,7 @@ class EntrainedAir(AbstractEffect):
 
     name: ClassVar[str] = "entrained-air"
     equation: ClassVar[str] = "oil-balance"
-    finer: ClassVar[int] = 2  # at rest the oil is tens of times as soft as at work
+    softens: ClassVar[bool] = True
     phrase: ClassVar[str] = "air in the oil makes it softer at low pressure"
     source: ClassVar[str] = (
         "Merritt 1967, Hydraulic Control Systems, ch. 2; Gholizadeh, Burton and Schoenau 2011, "

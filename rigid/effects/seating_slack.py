@@ -35,6 +35,7 @@ class SeatingSlack(AbstractEffect):
 
     name: ClassVar[str] = "seating-slack"
     equation: ClassVar[str] = "contact"
+    finer: ClassVar[int] = 2  # a joint that opens changes the motion within a step
     phrase: ClassVar[str] = (
         "clearance or a soft seat is taken up before the plate is in full contact"
     )

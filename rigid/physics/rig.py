@@ -153,6 +153,11 @@ class Rig(eqx.Module):
         inflow, compliance = self._oil(self.actions(flat, state), state)
         return inflow / compliance
 
+    def yielding(self, flat: Array | tuple, outside: Surroundings, column: Array) -> Array:
+        """Return the oil that a pascal more takes in [m^3/Pa]."""
+        state = self.state(flat, column, outside)
+        return self._oil(self.actions(flat, state), state)[1]
+
     def _oil(self, actions: list[Action], state: State) -> tuple[Array | float, Array]:
         """Flow that the valve passes [m^3/s], and oil that a pascal more takes in [m^3/Pa]."""
         inflow = state.flow_fraction * sum(a.inflow for a in actions)

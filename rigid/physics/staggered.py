@@ -2,7 +2,8 @@
 
 A step is y + Phi(h) (f(m) - A (m - y)) with m = y + Phi(h/2) f(y), the exponential midpoint rule.
 A is the Jacobian of the rig at work (under pressure, in contact), where it is stiffest, so that Phi
-is made once a record; what an effect does beyond that is smooth over a part of a sample. Bristles
+is made once a record; what an effect does beyond that is smooth over a part of a sample. Oil with
+air in it is tens of times softer at rest: there A goes with the stiffness of the oil. Bristles
 are stiff in ways of their own: they relax at a rate that goes with the speed, and what they hold
 is a spring beside the rig's. A step is implicit in them alone (`rubbing`): neither a sliding nor a
 sticking plunger limits it. Second order in h.
@@ -12,12 +13,14 @@ Hairer, Lubich and Wanner 2006, Geometric Numerical Integration, II.1.
 Arrays carry the walkers on their last axis: every operation is elementwise over it.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from functools import reduce
 from typing import NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
 from rigid.effects.base import AbstractEffect
@@ -38,11 +41,15 @@ class Cut(NamedTuple):
     release: int
 
 
-SMOOTH, DRY = Cut(32, 8), Cut(24, 64)
-"""Without and with dry friction: steps of 0.3 and 0.4, 0.08 and 0.01 ms, where the fastest mode of
+SMOOTH, DRY = Cut(16, 8), Cut(24, 64)
+"""Without and with dry friction: steps of 0.6 and 0.4, 0.08 and 0.01 ms, where the fastest mode of
 the rig has 4 ms and a plate on bristles of 0.3 um, with 2 kN, 0.4. In a release it swings there.
-Without it readings are off by a hundredth of a sensor's step: with air in the oil 0.06 steps had
-moved means by 0.6 posterior sds."""
+Without it readings are off by a hundredth of a sensor's step: 0.06 steps of a gauge moved means by
+0.6 posterior sds."""
+
+SOFT = np.linspace(0.0, 1.0, 4)
+"""Stiffness of the oil, as a share of that at work, at which step matrices are made where it is
+soft at rest."""
 
 PARTS = 4
 """Parts of a sample between which readings lie that are not those of an instant."""
@@ -73,9 +80,8 @@ def cut_of(effects: Iterable[AbstractEffect | type[AbstractEffect]], coarse: boo
 def at_work(rig: Rig, outside: Surroundings, column: Array) -> Array:
     """Jacobian (n, n, *column.shape) of the rig at work."""
     n = len(rig.scales)
-    shape = jnp.broadcast_shapes(column.shape, rig.column.shape)
-    core = jnp.stack([jnp.full(shape, v) for v in AT_WORK])
-    state = jnp.concatenate([core, jnp.zeros((n - len(AT_WORK), *shape))])
+    state = _working(rig, column)
+    shape = state.shape[1:]
 
     def rates(flat: Array) -> Array:
         moved = rig.motion(flat, outside, column).rates
@@ -85,6 +91,13 @@ def at_work(rig: Rig, outside: Surroundings, column: Array) -> Array:
         return jax.jvp(rates, (state,), (jnp.zeros_like(state).at[i].set(1.0),))[1]
 
     return jnp.moveaxis(jax.vmap(along)(jnp.arange(n)), 0, 1)
+
+
+def _working(rig: Rig, column: Array) -> Array:
+    """Flat state (n, *column.shape) of the rig at work."""
+    shape = jnp.broadcast_shapes(column.shape, rig.column.shape)
+    core = jnp.stack([jnp.full(shape, v) for v in AT_WORK])
+    return jnp.concatenate([core, jnp.zeros((len(rig.scales) - len(AT_WORK), *shape))])
 
 
 class Parted(NamedTuple):
@@ -175,33 +188,77 @@ def march(
 
 
 class Table(NamedTuple):
-    """A, Phi(h) and Phi(h/2) of one rig at the lower stroke, and their change to the higher.
+    """A, Phi(h) and Phi(h/2) of one rig as polynomials in a place: coefficients (n, n, ...).
 
-    (n, n, ...) each. A goes along with the oil column as Phi does: with one A for all of a record,
-    errors are of first order in h.
+    A goes along with the oil as Phi does: with one A for all of a record, errors are of first order
+    in h.
     """
 
-    matrix: tuple[Array, Array]
-    whole: tuple[Array, Array]
-    half: tuple[Array, Array]
+    matrix: tuple[Array, ...]
+    whole: tuple[Array, ...]
+    half: tuple[Array, ...]
 
 
-def _pair(matrix: Array, length: Array | float, rig: Rig) -> Table:
-    """Tables for matrices (n, n, 2, ...) at two strokes."""
+def _between_columns(matrix: Array, length: Array | float, rig: Rig) -> Table:
+    """Table for matrices (n, n, 2, ...) at two strokes: place 0 and 1."""
     whole = step_matrix(matrix, length, rig.scales)
     half = step_matrix(matrix, 0.5 * jnp.asarray(length), rig.scales)
-    return Table(
-        (matrix[:, :, 0], matrix[:, :, 1] - matrix[:, :, 0]),
-        (whole[:, :, 0], whole[:, :, 1] - whole[:, :, 0]),
-        (half[:, :, 0], half[:, :, 1] - half[:, :, 0]),
-    )
+    return Table(*((a[:, :, 0], a[:, :, 1] - a[:, :, 0]) for a in (matrix, whole, half)))
+
+
+def _between_stiffnesses(matrix: Array, length: Array | float, rig: Rig) -> Table:
+    """Table for a matrix (n, n, ...) at work: the place is the stiffness of the oil, 1 at work.
+
+    The rate of pressure goes with it, and nothing else does.
+    """
+    pressed = jnp.zeros_like(matrix).at[4].set(matrix[4])
+    still = matrix - pressed
+    nodes = SOFT.reshape(-1, *(1,) * (matrix.ndim - 2))
+    each = still[:, :, None] + nodes * pressed[:, :, None]
+    inverse = np.linalg.inv(np.vander(SOFT, increasing=True))
+
+    def through(length: Array | float) -> tuple[Array, ...]:
+        found = step_matrix(each, length, rig.scales)
+        return tuple(jnp.tensordot(inverse, found, axes=(1, 2)))
+
+    return Table((still, pressed), through(length), through(0.5 * jnp.asarray(length)))
+
+
+class Oil(NamedTuple):
+    """Where the oil of a rig stands in its tables.
+
+    - `at`: its column, as a place between two of them. - `worked`: what a pascal more took in
+      where the matrix was made, where the place is its stiffness; else None.
+    """
+
+    at: Callable[[Array], Array]
+    worked: Array | None
+
+    @classmethod
+    def of(cls, rig: Rig, outside: Surroundings, column: Array, at: Callable) -> "Oil":
+        """The oil of a rig whose matrices are made at a column, if at one."""
+        soft = any(effect.softens for effect in rig.effects)
+        worked = rig.yielding(_working(rig, column), outside, column) if soft else None
+        return cls(at, worked)
+
+    def table(self, matrix: Array, length: Array | float, rig: Rig) -> Table:
+        """Table for matrices (n, n, 2, ...) at two columns."""
+        if self.worked is None:
+            return _between_columns(matrix, length, rig)
+        return _between_stiffnesses(matrix[:, :, 0], length, rig)
+
+    def place(self, rig: Rig, flat: Array, outside: Surroundings, stroke: Array) -> Array:
+        """Place of a state in the table."""
+        if self.worked is None:
+            return self.at(stroke)
+        return self.worked / rig.yielding(flat, outside, rig.column + stroke)
 
 
 class Step(NamedTuple):
     """What a step goes by.
 
     - `outside`, `column` [m]: in its middle. - `length` [s].
-    - `table`: step matrices of the smooth rig; `place`: of the oil column between its two.
+    - `table`: step matrices of the smooth rig. - `place`: of the oil in it.
     """
 
     outside: Surroundings
@@ -244,19 +301,23 @@ def _slid(change: Array, step: Step) -> Array:
     return (change[2] - change[0]) / step.length
 
 
-def _pushed(rig: Rig, pair: tuple[Array, Array], step: Step) -> Array:
+def _pushed(rig: Rig, powers: tuple[Array, ...], step: Step) -> Array:
     """Change of state (n, ...) where a newton pushes plunger and cylinder apart.
 
-    - `pair`: step matrices, of half a step or all of it.
+    - `powers`: of a table, of half a step or all of it.
     """
-    lower, change = pair
-    total = lower + step.place * change
+    total = _horner(powers, step.place)
     return total[:, 3] / rig.plunger_mass - total[:, 1] / rig.cylinder_mass
 
 
-def _between(pair: tuple[Array, Array], place: Array, vector: Array) -> Array:
-    """Matrix times vector, the matrix interpolated between two."""
-    return apply(pair[0], vector) + place * apply(pair[1], vector)
+def _between(powers: tuple[Array, ...], place: Array, vector: Array) -> Array:
+    """Matrix of a table at a place, times a vector."""
+    return _horner([apply(matrix, vector) for matrix in powers], place)
+
+
+def _horner(powers: Sequence[Array], place: Array) -> Array:
+    """Polynomial at a place, the lowest power first."""
+    return reduce(lambda total, power: power + place * total, reversed(powers))
 
 
 def _advancer(
@@ -269,7 +330,11 @@ def _advancer(
     at_switch = strokes.switch[grid.kink_place[:, 0], grid.kink_place[:, 1]]
     extra = jnp.concatenate([jnp.stack([strokes.low, strokes.high]), at_switch])
     matrix = at_work(parted.smooth, Surroundings(contact), rig.column + extra)
-    table = jax.tree.map(lambda a: a[:, :, None], _pair(matrix[:, :, :2], h, parted.smooth))
+    oil = Oil.of(
+        rig, Surroundings(contact), rig.column + strokes.low,
+        lambda stroke: jnp.clip(strokes.place(rig.column, stroke), -0.5, 1.5),
+    )  # fmt: skip
+    table = jax.tree.map(lambda a: a[:, :, None], oil.table(matrix[:, :, :2], h, parted.smooth))
     rest = grid.kink_rest[:, None]
     none = jnp.zeros((1, len(parted.kept), matrix.shape[-1]))
     after = step_column(matrix[:, :, 2:], rest, parted.smooth.scales, 4)
@@ -279,7 +344,7 @@ def _advancer(
         level, kink, level_after, begin = part
         stroke = flat[2] - flat[0] + 0.5 * h * (flat[3] - flat[1])
         outside = Surroundings(contact, 0.0, fractions[level, track], begin + 0.5 * h, angles)
-        place = jnp.clip(strokes.place(rig.column, stroke), -0.5, 1.5)
+        place = oil.place(rig, flat, outside, stroke)
         new = _midpoint(parted, flat, Step(outside, rig.column + stroke, h, table, place))
 
         def kicked(new: Array) -> Array:
@@ -306,13 +371,15 @@ def ring(
     columns = rig.column + jnp.asarray([0.0, NODE])[:, None]
     matrix = at_work(parted.smooth, FREE, columns)[:, :, :, None]
     h, first = interval / parts, delay / parts
-    tables = (_pair(matrix, h, parted.smooth), _pair(matrix, first, parted.smooth))
+    oil = Oil.of(rig, FREE, rig.column, lambda stroke: stroke / NODE)
+    tables = tuple(oil.table(matrix, length, parted.smooth) for length in (h, first))
 
     def through(flat: Array, table: Table, length: Array | float, begin: Array | float) -> Array:
         def step(i: Array, flat: Array) -> Array:
             stroke = flat[2] - flat[0] + 0.5 * length * (flat[3] - flat[1])
             outside = FREE._replace(time=begin + (i + 0.5) * length)
-            now = Step(outside, rig.column + stroke, length, table, stroke / NODE)
+            place = oil.place(rig, flat, outside, stroke)
+            now = Step(outside, rig.column + stroke, length, table, place)
             return _midpoint(parted, flat, now)
 
         return jax.lax.fori_loop(0, parts, step, flat)
