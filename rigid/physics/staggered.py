@@ -13,24 +13,23 @@ Hairer, Lubich and Wanner 2006, Geometric Numerical Integration, II.1.
 Arrays carry the walkers on their last axis: every operation is elementwise over it.
 """
 
-from collections.abc import Callable, Iterable, Sequence
-from functools import reduce
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jax import Array
 
 from rigid.effects.base import AbstractEffect
 from rigid.physics.delay import looks, on_record, over_step, read
 from rigid.physics.drive import Drives, Plan, plan
+from rigid.physics.oil_tables import Oil, Table, at_place, at_work, times
 from rigid.physics.release import NODE
 from rigid.physics.rest import rest_under
 from rigid.physics.rig import CORE_SCALES, FREE, Rig, Surroundings
 from rigid.physics.rubbing import Rubbing
-from rigid.physics.step_matrices import apply, step_column, step_matrix
+from rigid.physics.step_matrices import step_column
 from rigid.physics.stroke_range import Strokes, foreseen
 
 
@@ -47,16 +46,8 @@ the rig has 4 ms and a plate on bristles of 0.3 um, with 2 kN, 0.4. In a release
 Without it readings are off by a hundredth of a sensor's step: 0.06 steps of a gauge moved means by
 0.6 posterior sds."""
 
-SOFT = np.linspace(0.0, 1.0, 4)
-"""Stiffness of the oil, as a share of that at work, at which step matrices are made where it is
-soft at rest."""
-
 PARTS = 4
 """Parts of a sample between which readings lie that are not those of an instant."""
-
-AT_WORK = (-1e-3, 0.0, 1e-3, 0.0, 136e5)
-"""State at which the Jacobian is taken [m, m/s, m, m/s, Pa]: 60 kN, in contact."""
-
 
 COARSE_SMOOTH, COARSE_DRY = Cut(8, 4), Cut(8, 16)
 """The same where it is asked what a little of an effect changes: most of the error is in both."""
@@ -75,29 +66,6 @@ def cut_of(effects: Iterable[AbstractEffect | type[AbstractEffect]], coarse: boo
         return DRY
     finer = max((effect.finer for effect in listed), default=1)
     return Cut(finer * SMOOTH.slow, finer * SMOOTH.release)
-
-
-def at_work(rig: Rig, outside: Surroundings, column: Array) -> Array:
-    """Jacobian (n, n, *column.shape) of the rig at work."""
-    n = len(rig.scales)
-    state = _working(rig, column)
-    shape = state.shape[1:]
-
-    def rates(flat: Array) -> Array:
-        moved = rig.motion(flat, outside, column).rates
-        return jnp.stack([jnp.broadcast_to(r, shape) for r in moved])
-
-    def along(i: Array) -> Array:
-        return jax.jvp(rates, (state,), (jnp.zeros_like(state).at[i].set(1.0),))[1]
-
-    return jnp.moveaxis(jax.vmap(along)(jnp.arange(n)), 0, 1)
-
-
-def _working(rig: Rig, column: Array) -> Array:
-    """Flat state (n, *column.shape) of the rig at work."""
-    shape = jnp.broadcast_shapes(column.shape, rig.column.shape)
-    core = jnp.stack([jnp.full(shape, v) for v in AT_WORK])
-    return jnp.concatenate([core, jnp.zeros((len(rig.scales) - len(AT_WORK), *shape))])
 
 
 class Parted(NamedTuple):
@@ -187,73 +155,6 @@ def march(
     return on_record(late, series, read(rig, last, end))
 
 
-class Table(NamedTuple):
-    """A, Phi(h) and Phi(h/2) of one rig as polynomials in a place: coefficients (n, n, ...).
-
-    A goes along with the oil as Phi does: with one A for all of a record, errors are of first order
-    in h.
-    """
-
-    matrix: tuple[Array, ...]
-    whole: tuple[Array, ...]
-    half: tuple[Array, ...]
-
-
-def _between_columns(matrix: Array, length: Array | float, rig: Rig) -> Table:
-    """Table for matrices (n, n, 2, ...) at two strokes: place 0 and 1."""
-    whole = step_matrix(matrix, length, rig.scales)
-    half = step_matrix(matrix, 0.5 * jnp.asarray(length), rig.scales)
-    return Table(*((a[:, :, 0], a[:, :, 1] - a[:, :, 0]) for a in (matrix, whole, half)))
-
-
-def _between_stiffnesses(matrix: Array, length: Array | float, rig: Rig) -> Table:
-    """Table for a matrix (n, n, ...) at work: the place is the stiffness of the oil, 1 at work.
-
-    The rate of pressure goes with it, and nothing else does.
-    """
-    pressed = jnp.zeros_like(matrix).at[4].set(matrix[4])
-    still = matrix - pressed
-    nodes = SOFT.reshape(-1, *(1,) * (matrix.ndim - 2))
-    each = still[:, :, None] + nodes * pressed[:, :, None]
-    inverse = np.linalg.inv(np.vander(SOFT, increasing=True))
-
-    def through(length: Array | float) -> tuple[Array, ...]:
-        found = step_matrix(each, length, rig.scales)
-        return tuple(jnp.tensordot(inverse, found, axes=(1, 2)))
-
-    return Table((still, pressed), through(length), through(0.5 * jnp.asarray(length)))
-
-
-class Oil(NamedTuple):
-    """Where the oil of a rig stands in its tables.
-
-    - `at`: its column, as a place between two of them. - `worked`: what a pascal more took in
-      where the matrix was made, where the place is its stiffness; else None.
-    """
-
-    at: Callable[[Array], Array]
-    worked: Array | None
-
-    @classmethod
-    def of(cls, rig: Rig, outside: Surroundings, column: Array, at: Callable) -> "Oil":
-        """The oil of a rig whose matrices are made at a column, if at one."""
-        soft = any(effect.softens for effect in rig.effects)
-        worked = rig.yielding(_working(rig, column), outside, column) if soft else None
-        return cls(at, worked)
-
-    def table(self, matrix: Array, length: Array | float, rig: Rig) -> Table:
-        """Table for matrices (n, n, 2, ...) at two columns."""
-        if self.worked is None:
-            return _between_columns(matrix, length, rig)
-        return _between_stiffnesses(matrix[:, :, 0], length, rig)
-
-    def place(self, rig: Rig, flat: Array, outside: Surroundings, stroke: Array) -> Array:
-        """Place of a state in the table."""
-        if self.worked is None:
-            return self.at(stroke)
-        return self.worked / rig.yielding(flat, outside, rig.column + stroke)
-
-
 class Step(NamedTuple):
     """What a step goes by.
 
@@ -278,18 +179,18 @@ def _midpoint(parted: Parted, flat: Array, step: Step) -> Array:
         return jnp.stack([jnp.broadcast_to(r, smooth.shape[1:]) for r in moved])
 
     begun = rates(start, step.outside)
-    middle = start + _between(step.table.half, step.place, begun)
+    middle = start + times(step.table.half, step.place, begun)
     outside = step.outside
     if shares:
-        free = _slid(_between(step.table.whole, step.place, begun), step)
+        free = _slid(times(step.table.whole, step.place, begun), step)
         by_force = _slid(_pushed(rig, step.table.whole, step), step)
         state = rig.state(middle, step.column, step.outside)
         rubbing = Rubbing(parted.bristles, shares, state, step.length)
         shares, force = rubbing.among(free, by_force)
         middle = middle + _pushed(rig, step.table.half, step) * force
         outside = outside._replace(between=force)
-    moved = rates(middle, outside) - _between(step.table.matrix, step.place, middle - start)
-    return parted.joined(start + _between(step.table.whole, step.place, moved), shares)
+    moved = rates(middle, outside) - times(step.table.matrix, step.place, middle - start)
+    return parted.joined(start + times(step.table.whole, step.place, moved), shares)
 
 
 def _slid(change: Array, step: Step) -> Array:
@@ -306,18 +207,8 @@ def _pushed(rig: Rig, powers: tuple[Array, ...], step: Step) -> Array:
 
     - `powers`: of a table, of half a step or all of it.
     """
-    total = _horner(powers, step.place)
+    total = at_place(powers, step.place)
     return total[:, 3] / rig.plunger_mass - total[:, 1] / rig.cylinder_mass
-
-
-def _between(powers: tuple[Array, ...], place: Array, vector: Array) -> Array:
-    """Matrix of a table at a place, times a vector."""
-    return _horner([apply(matrix, vector) for matrix in powers], place)
-
-
-def _horner(powers: Sequence[Array], place: Array) -> Array:
-    """Polynomial at a place, the lowest power first."""
-    return reduce(lambda total, power: power + place * total, reversed(powers))
 
 
 def _advancer(
