@@ -188,11 +188,11 @@ def parameter_rows(done: Calibrated, found: Result) -> tuple[page.ParameterShown
     """Prior beside posterior for every sampled parameter."""
     figures = {row.name: row.summary for row in found.parameters}
     z = done.draws.z.reshape(-1, done.draws.z.shape[-1])
+    places = np.array([-1.6449, 0.0, 1.6449])
+    beforehand = values_of(done.problem, np.tile(places[:, None], z.shape[1]))
     out = []
     for i, p in enumerate(done.problem.parameters.sampled):
-        low, middle, high = sorted(
-            float(v) for v in p.prior.from_standard(np.array([-1.6449, 0.0, 1.6449]))
-        )
+        low, middle, high = sorted(map(float, beforehand[p.label]))
         out.append(page.ParameterShown(
             **vars(figures[p.label]), name=p.label, symbol=p.numbered_symbol, unit=_unit(p),
             prior_median=middle, prior_q05=low, prior_q95=high,
