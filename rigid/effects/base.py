@@ -143,8 +143,8 @@ class AbstractEffect(eqx.Module):
     - `scales`: for each state of its own a typical value, in which solvers measure errors.
     - `steady`: whether the Jacobian of the motion hardly changes with anything but the oil column,
       so that the step matrices of the rig at rest serve everywhere.
-    - `finer`: how many times shorter steps must be than for others that are not steady. `softens`:
-      whether the oil is many times softer at rest than at work.
+    - `finer`: how many times shorter steps must be than for others, where the rig is not steady or
+      a strap takes its time. `softens`: whether oil is many times softer at rest than at work.
     - `kinds`: of records in which it acts, by their names or traits ("slow": all that follow a
       valve's programme); None for all of the rig, and for those of one moving body alone if it
       pushes the plunger.

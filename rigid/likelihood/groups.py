@@ -21,7 +21,7 @@ from rigid.physics import full, inverse, release, slow, staggered
 from rigid.physics.drive import Drive, Drives, side_by_side
 from rigid.physics.pickup import with_lines
 from rigid.physics.rig import Rig, build_rig
-from rigid.physics.strap import REACH, abrupt, edges, lattice, let_go
+from rigid.physics.strap import REACH, edges, gradual
 
 
 class AbstractGroup(eqx.Module):
@@ -247,9 +247,7 @@ class ReleaseGrid(AbstractGrid):
         if self.tolerance is not None:
             sampled = delay - REACH * self.interval, self.interval
             return full.let_go(rig, preload, law, sampled, samples, self.tolerance)
-        at = lattice(delay, self.interval)
-        swing = self._ring(rig)(rig, preload, at.delay, self.interval, samples)
-        return let_go(swing, abrupt(rig, preload, self.interval), at, law, self.interval)
+        return gradual(self._ring(rig), rig, preload, law, (delay, self.interval), samples)
 
 
 class ReleaseGroup(AbstractGroup):

@@ -64,7 +64,7 @@ def cut_of(effects: Iterable[AbstractEffect | type[AbstractEffect]], coarse: boo
         return COARSE_DRY if dry else COARSE_SMOOTH
     if dry:
         return DRY
-    finer = max((effect.finer for effect in listed), default=1)
+    finer = max((effect.finer for effect in listed if not effect.steady), default=1)
     return Cut(finer * SMOOTH.slow, finer * SMOOTH.release)
 
 

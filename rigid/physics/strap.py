@@ -12,6 +12,7 @@ release does abruptly has been taken out: its jump, and the relaxation just afte
 averaged exactly.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import jax
@@ -124,35 +125,64 @@ def abrupt(rig: Rig, preload: Array, interval: float) -> Abrupt:
     return Abrupt(read(start), first / rate, rate)
 
 
-def let_go(swing: Array, sudden: Abrupt, at: Lattice, law: Array, interval: float) -> Array:
-    """Acceleration when the strap lets go by a law, from REACH samples before the first on.
+Ring = Callable[[Rig, Array, Array, float, int], Array]
+"""How a rig swings out after a sudden release; arguments and result as `rigid.physics.release`."""
 
-    - `swing` (samples, tracks, walkers): after a sudden release at the lattice, REACH samples more
-      than are asked for after the first. - `law`: edges.
+
+def gradual(
+    ring: Ring,
+    rig: Rig,
+    preload: Array,
+    law: Array,
+    sampled: tuple[Array, float],
+    samples: int,
+) -> Array:
+    """Acceleration when the strap lets go by a law, (samples, tracks, walkers), from REACH before.
+
+    - `law`: edges. - `sampled`: time of the first sample after the release time (tracks, walkers),
+      interval [s].
+
+    What swings nearly as fast as it is sampled takes more sudden releases.
     """
-    law = jnp.clip(at.number + law / interval, 2.0 - REACH, REACH - 2.0)  # samples
+    finer, (delay, interval) = max(effect.finer for effect in rig.effects), sampled
+    step = interval / finer
+    at = lattice(delay, step)
+    swing = ring(rig, preload, at.delay, step, finer * samples)
+    return let_go(swing, abrupt(rig, preload, step), at, law, step, finer * REACH)[::finer]
+
+
+def let_go(
+    swing: Array, sudden: Abrupt, at: Lattice, law: Array, interval: float, reach: int
+) -> Array:
+    """Acceleration when the strap lets go by a law, from `reach` samples before the first on.
+
+    - `swing` (samples, tracks, walkers): after a sudden release at the lattice, `reach` samples
+      more than are asked for after the first. - `law`: edges.
+    """
+    law = jnp.clip(at.number + law / interval, 2.0 - reach, reach - 2.0)  # samples
     middle, half = 0.5 * (law[1:] + law[:-1]), GAUSS * (law[1:] - law[:-1])
     nodes = jnp.concatenate([middle - half, middle + half])
-    number = jnp.arange(-REACH, REACH + 1).reshape(-1, *(1,) * law.ndim)
+    number = jnp.arange(-reach, reach + 1).reshape(-1, *(1,) * law.ndim)
     taps = jnp.einsum("b,tb...->t...", np.tile(0.5 * PARTS, 2), _kernel(nodes - number))
-    early = jnp.arange(-REACH, REACH + 3)[:, None, None]
-    late = jnp.arange(3 * REACH + 4)[:, None, None]
+    early = jnp.arange(-reach, reach + 3)[:, None, None]
+    late = jnp.arange(3 * reach + 4)[:, None, None]
     exact = sudden.averaged(at.delay + interval * early, interval * law)
     rough = _mean(sudden.sampled(at.delay + interval * late), taps)[: len(early)]
     return _mean(swing, taps)[: len(swing)].at[: len(early)].add(exact - rough)
 
 
 def _mean(series: Array, taps: Array) -> Array:
-    """Weighted mean of a series (samples, ...) shifted by -REACH to REACH, from -REACH on.
+    """Weighted mean of a series (samples, ...) shifted by -reach to reach, from -reach on.
 
-    - `taps` (2 REACH + 1, ...): weight of each shift.
+    - `taps` (2 reach + 1, ...): weight of each shift.
     """
-    room = ((2 * REACH, REACH),) + ((0, 0),) * (series.ndim - 1)
-    padded, wide = jnp.pad(series, room), len(series) + REACH
+    reach = len(taps) // 2
+    room = ((2 * reach, reach),) + ((0, 0),) * (series.ndim - 1)
+    padded, wide = jnp.pad(series, room), len(series) + reach
 
     def shifted(total: Array, each: tuple[Array, Array]) -> tuple[Array, None]:
         tap, number = each
-        return total + tap * jax.lax.dynamic_slice_in_dim(padded, 2 * REACH - number, wide), None
+        return total + tap * jax.lax.dynamic_slice_in_dim(padded, 2 * reach - number, wide), None
 
     zero = jnp.zeros((wide, *taps.shape[1:]))
     return jax.lax.scan(shifted, zero, (taps, jnp.arange(len(taps))))[0]
