@@ -52,7 +52,7 @@ class AccelerometerResonance(AbstractEffect):
         "spring"
     )
     steady: ClassVar[bool] = True
-    finer: ClassVar[int] = 8  # it swings nearly as fast as it is sampled
+    finer: ClassVar[int] = 16  # it swings nearly as fast as it is sampled
     scales: ClassVar[tuple[float, ...]] = (0.1, 100.0)
     kinds: ClassVar[tuple[str, ...] | None] = ("release",)
 

@@ -148,33 +148,36 @@ def gradual(
     step = interval / finer
     at = lattice(delay, step)
     swing = ring(rig, preload, at.delay, step, finer * samples)
-    return let_go(swing, abrupt(rig, preload, step), at, law, step, finer * REACH)[::finer]
+    return _let_go(swing, abrupt(rig, preload, step), at, law / step, (step, finer))
 
 
-def let_go(
-    swing: Array, sudden: Abrupt, at: Lattice, law: Array, interval: float, reach: int
+def _let_go(
+    swing: Array, sudden: Abrupt, at: Lattice, law: Array, steps: tuple[float, int]
 ) -> Array:
-    """Acceleration when the strap lets go by a law, from `reach` samples before the first on.
+    """Acceleration when the strap lets go by a law, from REACH samples before the first on.
 
-    - `swing` (samples, tracks, walkers): after a sudden release at the lattice, `reach` samples
-      more than are asked for after the first. - `law`: edges.
+    - `swing` (all steps, tracks, walkers): after a sudden release at the lattice. - `law`: edges,
+      in steps. - `steps`: length of one [s], and how many make a sample.
     """
-    law = jnp.clip(at.number + law / interval, 2.0 - reach, reach - 2.0)  # samples
+    length, every = steps
+    reach = every * REACH
+    law = jnp.clip(at.number + law, 2.0 - reach, reach - 2.0)
     middle, half = 0.5 * (law[1:] + law[:-1]), GAUSS * (law[1:] - law[:-1])
     nodes = jnp.concatenate([middle - half, middle + half])
     number = jnp.arange(-reach, reach + 1).reshape(-1, *(1,) * law.ndim)
     taps = jnp.einsum("b,tb...->t...", np.tile(0.5 * PARTS, 2), _kernel(nodes - number))
-    early = jnp.arange(-reach, reach + 3)[:, None, None]
+    early = jnp.arange(-reach, reach + 3, every)[:, None, None]
     late = jnp.arange(3 * reach + 4)[:, None, None]
-    exact = sudden.averaged(at.delay + interval * early, interval * law)
-    rough = _mean(sudden.sampled(at.delay + interval * late), taps)[: len(early)]
-    return _mean(swing, taps)[: len(swing)].at[: len(early)].add(exact - rough)
+    exact = sudden.averaged(at.delay + length * early, length * law)
+    rough = _mean(sudden.sampled(at.delay + length * late), taps, every)[: len(early)]
+    found = _mean(swing, taps, every)[: len(swing) // every]
+    return found.at[: len(early)].add(exact - rough)
 
 
-def _mean(series: Array, taps: Array) -> Array:
-    """Weighted mean of a series (samples, ...) shifted by -reach to reach, from -reach on.
+def _mean(series: Array, taps: Array, every: int) -> Array:
+    """Weighted mean of a series (steps, ...) shifted by -reach to reach, from -reach on.
 
-    - `taps` (2 reach + 1, ...): weight of each shift.
+    - `taps` (2 reach + 1, ...): weight of each shift. - `every`: so many steps make a sample.
     """
     reach = len(taps) // 2
     room = ((2 * reach, reach),) + ((0, 0),) * (series.ndim - 1)
@@ -182,9 +185,10 @@ def _mean(series: Array, taps: Array) -> Array:
 
     def shifted(total: Array, each: tuple[Array, Array]) -> tuple[Array, None]:
         tap, number = each
-        return total + tap * jax.lax.dynamic_slice_in_dim(padded, 2 * reach - number, wide), None
+        there = jax.lax.dynamic_slice_in_dim(padded, 2 * reach - number, wide)
+        return total + tap * there[::every], None
 
-    zero = jnp.zeros((wide, *taps.shape[1:]))
+    zero = jnp.zeros((-(-wide // every), *taps.shape[1:]))
     return jax.lax.scan(shifted, zero, (taps, jnp.arange(len(taps))))[0]
 
 
