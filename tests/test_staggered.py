@@ -222,6 +222,16 @@ def test_a_release_on_stiff_bristles_follows_diffrax(bending: float, most: float
     assert np.abs(got - expected).max() < most * SHEETS["acceleration"].noise
 
 
+def test_intervals_of_a_part_of_a_sample_are_cut_into_no_more_steps():
+    """A gradual release asks for sixteen intervals a sample: not for sixteen times the steps."""
+    rig = rig_of(NOMINAL | DRY["coulomb-friction"], (*BASE, "coulomb-friction"), walkers=True)
+    how, interval = (rig, jnp.asarray([[6e3]]), jnp.asarray([[1e-7]])), 1 / 1600
+    whole = eqx.filter_jit(staggered.ring)(*how, interval, 24)
+    parts = eqx.filter_jit(staggered.ring)(*how, interval / 16, 16 * 24, among=16)
+    scale = float(jnp.abs(whole).max())
+    np.testing.assert_allclose(parts[::16], whole, rtol=0.0, atol=1e-7 * scale)
+
+
 def test_slopes_by_a_rigs_numbers_are_those_of_differences():
     """A step solves for its slip; derivatives are those of the steps toward it."""
     names, steps = (*BASE, "coulomb-friction"), {"F_C": 1.0, "presliding": 1e-10, "k_oil": 1e4}

@@ -21,7 +21,7 @@ from rigid.physics import full, inverse, release, slow, staggered
 from rigid.physics.drive import Drive, Drives, side_by_side
 from rigid.physics.pickup import with_lines
 from rigid.physics.rig import Rig, build_rig
-from rigid.physics.strap import REACH, edges, gradual
+from rigid.physics.strap import REACH, edges, gradual, releases_of
 
 
 class AbstractGroup(eqx.Module):
@@ -220,9 +220,11 @@ class ReleaseGrid(AbstractGrid):
         found = {"acceleration": swing(rig, preload, delay)}
         return with_lines(rig, found, self.interval, picked_up)
 
-    def _ring(self, rig: Rig) -> Callable[..., Array]:
-        """How a rig swings out, by steps."""
-        return release.ring if rig.steady else partial(staggered.ring, coarse=self.coarse)
+    def _ring(self, rig: Rig, among: int = 1) -> Callable[..., Array]:
+        """How a rig swings out, by steps; `among`: how many intervals make a sample."""
+        if rig.steady:
+            return release.ring
+        return partial(staggered.ring, coarse=self.coarse, among=among)
 
     def _sudden(self, rig: Rig, preload: Array, delay: Array) -> Array:
         """Acceleration where straps let go at once."""
@@ -247,7 +249,8 @@ class ReleaseGrid(AbstractGrid):
         if self.tolerance is not None:
             sampled = delay - REACH * self.interval, self.interval
             return full.let_go(rig, preload, law, sampled, samples, self.tolerance)
-        return gradual(self._ring(rig), rig, preload, law, (delay, self.interval), samples)
+        ring = self._ring(rig, releases_of(rig))
+        return gradual(ring, rig, preload, law, (delay, self.interval), samples)
 
 
 class ReleaseGroup(AbstractGroup):

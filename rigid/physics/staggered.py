@@ -251,14 +251,20 @@ def _advancer(
 
 
 def ring(
-    rig: Rig, preload: Array, delay: Array, interval: float, samples: int, coarse: bool = False
+    rig: Rig,
+    preload: Array,
+    delay: Array,
+    interval: float,
+    samples: int,
+    coarse: bool = False,
+    among: int = 1,
 ) -> Array:
     """Acceleration of the plate after a release; arguments and result as `release.ring`.
 
-    - `coarse`: as `cut_of`.
+    - `coarse`: as `cut_of`. - `among`: how many intervals make a sample.
     """
     parted = Parted.of(rig)
-    parts = cut_of(rig.effects, coarse).release
+    parts = max(cut_of(rig.effects, coarse).release // among, 1)
     columns = rig.column + jnp.asarray([0.0, NODE])[:, None]
     matrix = at_work(parted.smooth, FREE, columns)[:, :, :, None]
     h, first = interval / parts, delay / parts

@@ -129,6 +129,11 @@ Ring = Callable[[Rig, Array, Array, float, int], Array]
 """How a rig swings out after a sudden release; arguments and result as `rigid.physics.release`."""
 
 
+def releases_of(rig: Rig) -> int:
+    """How many sudden releases a sample a gradual one is the mean of."""
+    return max((effect.finer for effect in rig.effects), default=1)
+
+
 def gradual(
     ring: Ring,
     rig: Rig,
@@ -139,12 +144,12 @@ def gradual(
 ) -> Array:
     """Acceleration when the strap lets go by a law, (samples, tracks, walkers), from REACH before.
 
-    - `law`: edges. - `sampled`: time of the first sample after the release time (tracks, walkers),
-      interval [s].
+    - `ring`: in intervals of which `releases_of` make a sample. - `law`: edges.
+    - `sampled`: time of the first sample after the release time (tracks, walkers), interval [s].
 
     What swings nearly as fast as it is sampled takes more sudden releases.
     """
-    finer, (delay, interval) = max(effect.finer for effect in rig.effects), sampled
+    finer, (delay, interval) = releases_of(rig), sampled
     step = interval / finer
     at = lattice(delay, step)
     swing = ring(rig, preload, at.delay, step, finer * samples)
