@@ -41,7 +41,7 @@ from rigid.io.runtime import ROOM, loading
 with loading():
     assert not gc.isenabled()
 first = gc.get_freeze_count()
-assert gc.isenabled() and first and gc.get_threshold()[0] == ROOM
+assert gc.isenabled() and first and gc.get_threshold() == ROOM
 kept = [[] for _ in range(1000)]
 with loading():
     assert gc.isenabled()

@@ -35,8 +35,9 @@ setting: XLA ends a process that gives it one it does not know. Programs of many
 compile in 0.4 to 0.8 of the time, and most run about as fast; exponentials take three
 times as long (docs/studies/speed-notes.md)."""
 
-ROOM = 50_000
-"""New objects after which Python looks for garbage in cycles; it would look after 700."""
+ROOM = (50_000, 20, 50)
+"""When Python looks for garbage in cycles: among new objects after so many, among those that stayed
+after so many such looks, among all after so many of these. It would be 700, 10, 10."""
 
 
 def cache_folder() -> Path | None:
@@ -121,7 +122,7 @@ def loading() -> Iterator[None]:
         yield
     finally:
         gc.freeze()
-        gc.set_threshold(ROOM, *gc.get_threshold()[1:])
+        gc.set_threshold(*ROOM)
         gc.enable()
 
 
