@@ -49,6 +49,7 @@ WITHIN = {
         ("families", "hypothesis"),
         ("samples",),
         ("local",),
+        ("motions",),
         ("expansion", "integral", "reference_check", "settled", "signature", "trust_region"),
         ("noise", "where"),
         ("ascent",),

@@ -73,7 +73,7 @@ def told(values, names, flat, outside=OUTSIDE) -> jnp.ndarray:
     parts = (
         *rig.motion(flat, outside).rates,
         *readings(rig, flat, outside),
-        *(rig.delays().get(quantity, 0.0) for quantity in ("load", "pressure")),
+        *(rig.delays().get(quantity, 0.0) for quantity in ("load", "pressure", "force")),
         share * width,
         gone,
         *(

@@ -3,10 +3,12 @@
 import dataclasses
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -26,6 +28,7 @@ from rigid.physics.rig import acting
 from rigid.records.read import read_records
 from rigid.records.record import Channel, Record
 from rigid.spec import load_spec
+from rigid.study.study import load
 
 ROOT = Path(rigid.__file__).parents[1]
 PUSHING = {
@@ -81,7 +84,7 @@ def force(effects, along, mass: float = 0.0, area: float = 0.0) -> np.ndarray:
 def test_only_what_pushes_the_body_acts_in_a_motion():
     found = acting(tuple(CATALOGUE.values()), "motion")
     assert {e.name for e in found} >= PUSHING
-    assert {e.equation for e in found} == {"plunger-momentum"}
+    assert {e.name for e in found if e.equation != "plunger-momentum"} == {"force-clock-offset"}
     assert "return-spring" not in {e.name for e in found}  # acts on the rig alone
     for kind in ("frame", "free-run", "field", "release"):
         named = {kind} if kind == "release" else {kind, "slow"}
@@ -221,6 +224,30 @@ def test_branches_with_memory_load_as_their_closed_form():
     got = force(built("frequency-dependent-friction", **names), by_hand(time, 0.1 * time))
     expected = 30.0 * (1 - np.exp(-time / 0.2)) + 5.0 * (1 - np.exp(-time / 0.01))
     np.testing.assert_allclose(got, expected, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("lag", [0.3, -0.3, 2.0, 7.6, -1.4, 0.0])
+def test_a_force_that_is_late_is_that_of_before(lag):
+    """At nine nodes a period, the fastest that the low-pass lets through, to 1 %."""
+    t, omega = np.arange(200.0), 2.0 * np.pi / 9.0
+    series = jnp.asarray(np.cos(omega * t) + 0.5 * np.sin(0.2 * t))[:, None, None]
+    true = np.cos(omega * (t - lag)) + 0.5 * np.sin(0.2 * (t - lag))
+    slope = omega * np.sin(omega * (t - lag)) - 0.1 * np.cos(0.2 * (t - lag))
+    found, by_lag = jax.jvp(
+        lambda one: inverse.delayed(series, one), (jnp.asarray([lag]),), (jnp.ones(1),)
+    )
+    inner = slice(12, -12)
+    np.testing.assert_allclose(found[inner, 0, 0], true[inner], atol=0.01)
+    np.testing.assert_allclose(by_lag[inner, 0, 0], slope[inner], atol=0.05)
+
+
+def test_the_force_alone_is_late():
+    t = 0.01 * np.arange(400)
+    along = by_hand(t, np.sin(2.0 * t), acceleration=-4.0 * np.sin(2.0 * t))
+    late = force(built("force-clock-offset", force_delay=0.025), along, mass=3.0)
+    np.testing.assert_allclose(
+        late[10:-10], -12.0 * np.sin(2.0 * (t[10:-10] - 0.025)), rtol=0.0, atol=1e-6
+    )
 
 
 @pytest.mark.slow
@@ -377,8 +404,52 @@ def test_a_prior_may_be_that_of_a_candidate_and_of_nothing_else(tmp_path):
     assert "F_C" not in assemble(spec, read_records(spec)).parameters.labels
     path.write_text(path.read_text("utf-8").replace("candidates", "vary = {}\n#"), "utf-8")
     spec = load_spec(path)
-    with pytest.raises(InputError, match=r"\[priors\]: unknown name 'F_C'"):
+    with pytest.raises(InputError, match=r"\[priors\]: 'F_C' is a number of coulomb-friction or "):
         assemble(spec, read_records(spec))
+    path.write_text(path.read_text("utf-8").replace("F_C", "F_D"), "utf-8")
+    spec = load_spec(path)
+    with pytest.raises(InputError, match=r"\[priors\]: unknown name 'F_D'"):
+        assemble(spec, read_records(spec))
+
+
+@pytest.mark.parametrize(
+    ("candidates", "message"),
+    [
+        ('["clock-offset"]', "candidates: 'clock-offset' is of the rig, all records are motions"),
+        ('["own:Blind"]', r"candidates: 'blind' has sense\(\), which nothing asks for along a"),
+        ('["own:Late"]', r"candidates: 'late' has delays\(\) of \"position\", which nothing asks"),
+    ],
+)  # fmt: skip
+def test_what_a_motion_cannot_show_is_refused(tmp_path, candidates, message):
+    """An effect that nothing asks would be weighed, do nothing, and be told as absent."""
+    path = cart(tmp_path, '["viscous-friction", "coulomb-friction"]')
+    (tmp_path / "own.py").write_text(OWN, "utf-8")
+    text = path.read_text("utf-8")
+    assert text.count("candidates") == 1
+    path.write_text(re.sub("candidates = .*", f"candidates = {candidates}", text), "utf-8")
+    with pytest.raises(InputError, match=message):
+        _ = load(path).question
+
+
+OWN = """
+from typing import ClassVar
+from rigid.effects.base import Distortion
+from rigid.effects.force_clock_offset import ForceClockOffset
+
+
+class Late(ForceClockOffset):
+    name: ClassVar[str] = "late"
+
+    def delays(self):
+        return {"position": self.delay}
+
+
+class Blind(ForceClockOffset):
+    name: ClassVar[str] = "blind"
+
+    def sense(self, seen):
+        return Distortion(load=self.delay)
+"""
 
 
 @pytest.mark.slow

@@ -129,3 +129,23 @@ def test_what_is_set_aside_and_held_exact_is_told():
     assert "S_Pl = " in held
     assert "10 samples of" in told
     assert any(line.startswith("set aside: 10 of") for line in lines(made))
+
+
+def one_channel(residual: np.ndarray) -> Readings:
+    """A channel whose noise was fitted to all that is left."""
+    same = np.zeros(len(residual), dtype=int)
+    ones = np.ones(len(residual))
+    return Readings(residual, ones > 0.0, residual.std() * ones, 0.0 * ones, same, same)
+
+
+@pytest.mark.parametrize(("every", "found"), [(100, True), (25, True), (15, False), (10, False)])
+def test_where_many_samples_stand_off_none_is_a_spike(every, found):
+    """One in twenty-five is single; one in ten is what a model lacks, or noise of another law.
+
+    Sizes differ, so that the greatest do not hide the others in the noise level.
+    """
+    residual = np.random.default_rng(4).standard_normal(1000)
+    residual[7::every] += np.geomspace(40.0, 1e4, len(residual[7::every]))
+    expected = np.zeros(1000, dtype=bool)
+    expected[7::every] = found
+    np.testing.assert_array_equal(spikes(one_channel(residual), residual), expected)

@@ -13,6 +13,7 @@ from jaxtyping import Float
 from scipy.stats import chi2, norm
 
 from rigid.localfit.local import LocalFit
+from rigid.localfit.motions import course_of, followed, held_against
 from rigid.localfit.noise.leftover import Traces
 from rigid.localfit.noise.simulated import Campaigns
 from rigid.localfit.samples import ChannelKey
@@ -217,9 +218,14 @@ def _least(logs: np.ndarray) -> tuple[np.ndarray, int]:
 def states_of(
     local: LocalFit, channels: tuple[ChannelKey, ...], channel: ChannelKey, rows: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """What a channel's residuals may go by (n,): expected quantities of its record, the speed."""
+    """What a channel's residuals may go by (n,): expected quantities of its record, the speed.
+
+    Where a motion was measured: it, and the force that was read.
+    """
     layout, found = local.layout, {}
-    time = layout.time[rows]
+    time, course = layout.time[rows], course_of(layout.problem.track(channel.track))
+    if course is not None:
+        return {channel.quantity: held_against(local)[rows], **followed(course, time)}
     for number, other in enumerate(channels):
         if other.track != channel.track:
             continue

@@ -2,7 +2,7 @@
 
 import dataclasses
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import ClassVar, NamedTuple
 
 import equinox as eqx
@@ -260,3 +260,12 @@ class AbstractEffect(eqx.Module):
             given = [jnp.asarray(values[label]) for label in info.labels]
             fields[field.name] = given[0] if len(given) == 1 else jnp.stack(given)
         return cls(**fields)
+
+
+def delays_of(effects: Iterable[AbstractEffect]) -> dict[str, Array]:
+    """By how much [s] the time stamps of each quantity lag, for those that do."""
+    total: dict[str, Array] = {}
+    for effect in effects:
+        for quantity, delay in effect.delays().items():
+            total[quantity] = total[quantity] + delay if quantity in total else delay
+    return total

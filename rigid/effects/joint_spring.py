@@ -9,7 +9,7 @@ from rigid.effects.declare import lognormal, parameter
 
 
 class JointSpring(AbstractEffect):
-    """F = -k x between the bodies of a joint, x the distance that they have moved apart.
+    """F = -k x between the bodies of a joint, or a body and the ground; x: moved apart.
 
     Signature: a swing whose period does not depend on how far it goes.
     Siblings: a mass that is off, as long as no force is known.
@@ -26,10 +26,10 @@ class JointSpring(AbstractEffect):
 
     name: ClassVar[str] = "joint-spring"
     equation: ClassVar[str] = "plunger-momentum"
-    phrase: ClassVar[str] = "a spring between the two bodies of the joint"
+    phrase: ClassVar[str] = "a spring between the two bodies, or the body and the ground"
     source: ClassVar[str] = "Hooke's law"
     steady: ClassVar[bool] = True
-    kinds: ClassVar[tuple[str, ...] | None] = ("run",)
+    kinds: ClassVar[tuple[str, ...] | None] = ("run", "motion")
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return the force of the spring."""

@@ -9,7 +9,7 @@ from rigid.effects.declare import either_sign, parameter
 
 
 class SpringHardening(AbstractEffect):
-    """F = -k_3 x^3 between the bodies of a joint, x the distance that they have moved apart.
+    """F = -k_3 x^3 between the bodies of a joint, or a body and the ground; x: moved apart.
 
     Signature: the period of a swing shortens (k_3 > 0) or lengthens as it goes farther, and a third
     harmonic appears.
@@ -31,7 +31,7 @@ class SpringHardening(AbstractEffect):
     source: ClassVar[str] = (
         "Duffing 1918, Erzwungene Schwingungen; the first odd term after Hooke's"
     )
-    kinds: ClassVar[tuple[str, ...] | None] = ("run",)
+    kinds: ClassVar[tuple[str, ...] | None] = ("run", "motion")
 
     def __call__(self, state: State, own: tuple[Array, ...]) -> Action:  # noqa: ARG002
         """Return what the spring has beyond Hooke's law."""

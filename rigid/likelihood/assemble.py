@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Mapping
 
 from rigid.effects import CATALOGUE, AbstractEffect
+from rigid.effects.base import MOTION
 from rigid.effects.placed import origin
 from rigid.io.errors import InputError
 from rigid.likelihood.channels import SensorSheet, make_pieces
@@ -15,6 +16,7 @@ from rigid.likelihood.machine_runs import fed, resolved
 from rigid.likelihood.parameters import require_known
 from rigid.likelihood.problem import Problem
 from rigid.likelihood.tracks import Series, Track, make_track
+from rigid.physics.inverse import FORCE
 from rigid.physics.sensors import UNITS
 from rigid.records.converter import coarseness
 from rigid.records.record import Record
@@ -68,20 +70,42 @@ def chosen_effects(spec: Spec) -> tuple[type[AbstractEffect], ...]:
 
 
 def require_at_work(
-    spec: Spec, effects: tuple[type[AbstractEffect], ...], tracks: tuple[Track, ...]
+    spec: Spec,
+    effects: tuple[type[AbstractEffect], ...],
+    tracks: tuple[Track, ...],
+    among: str = "effects",
 ) -> None:
-    """Refuse effects of the rig where every record is a motion."""
+    """Refuse effects of the rig where no record is of it, and what a measured motion cannot show.
+
+    - `among`: the list of `[model]` that names them.
+    """
     if of_the_rig(tracks):
         return
     kinds = dict.fromkeys(track.kind for track in tracks)
+    where = f"{spec.path} [model] {among}"
     for effect in effects:
         if not any(map(effect.acts_in, kinds)):
             able = (name for name, one in CATALOGUE.items() if any(map(one.acts_in, kinds)))
             raise InputError(
-                f"{spec.path} [model] effects: '{effect.name}' is of the rig, all records are "
-                f"{' or '.join(f'{kind}s' for kind in kinds)}; state effects = [...], of "
+                f"{where}: '{effect.name}' is of the rig, all records are "
+                f"{' or '.join(f'{kind}s' for kind in kinds)}; state {among} = [...], of "
                 f"{', '.join(able)}"
             )
+        if MOTION in kinds and (silent := _not_asked(effect)):
+            raise InputError(
+                f"{where}: '{effect.name}' has {silent}, which nothing asks for along a measured "
+                'motion; there an effect pushes the body, or delays the "force"'
+            )
+
+
+def _not_asked(effect: type[AbstractEffect]) -> str:
+    """What an effect says that a measured motion does not ask for; "" for nothing."""
+    for name in ("sense", "averaging", "lines", "strap", "root"):
+        if getattr(effect, name) is not getattr(AbstractEffect, name):
+            return f"{name}()"
+    late = effect.build(dict.fromkeys(effect.labels(), 1.0)).delays()
+    other = next((quantity for quantity in late if quantity != FORCE), None)
+    return "" if other is None else f'delays() of "{other}"'
 
 
 def confined(

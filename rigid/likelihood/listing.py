@@ -6,9 +6,9 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 
-from rigid.effects import AbstractEffect, declare
+from rigid.effects import CATALOGUE, AbstractEffect, declare
 from rigid.effects.declare import ParameterInfo, PriorDescription
-from rigid.io.errors import together
+from rigid.io.errors import InputError, together
 from rigid.likelihood.effect_lookup import effects_named
 from rigid.likelihood.grouping import Grouping, explained
 from rigid.likelihood.groups import flow_name
@@ -78,10 +78,26 @@ def list_parameters(
     names = {p.label for p in listed} | {p.base for p in listed}
     varied = {p.base for p in physical}
     together(
-        lambda: require_known(spec.priors, names | of_candidates(spec), f"{spec.path} [priors]"),
+        lambda: require_answered(spec, names | of_candidates(spec)),
         lambda: require_known(spec.model.vary, varied, f"{spec.path} [model] vary"),
     )
     return collect(listed)
+
+
+def require_answered(spec: Spec, known: set[str]) -> None:
+    """Refuse priors of numbers that are not in the model.
+
+    Raises InputError; of a number of the catalogue it says whose it is.
+    """
+    where = f"{spec.path} [priors]"
+    for name in spec.priors:
+        owners = [one.name for one in CATALOGUE.values() if name in one.labels()]
+        if owners and name not in known:
+            raise InputError(
+                f"{where}: '{name}' is a number of {' or '.join(owners)}, and the model has none; "
+                "add it to [model] effects, or for rigid.discover to [model] candidates"
+            )
+    require_known(spec.priors, known, where)
 
 
 def of_candidates(spec: Spec) -> set[str]:

@@ -20,6 +20,9 @@ from rigid.records.defects import runs
 SPIKE = 6.0
 """Sds of noise and rounding that a sample must stand off the median of its neighbourhood."""
 NEIGHBOURS = 5
+MANY = 0.05
+"""Share of a channel's samples from which those that stand off are no single ones: a model that
+lacks something lets all that swings within a few samples stand off."""
 ABOVE = 2.0
 """Sds by which the fit must lie above each of SATURATED_RUN equal greatest readings in a row."""
 
@@ -110,7 +113,8 @@ def spikes(readings: Readings, residual: Float[np.ndarray, " n"]) -> Bool[np.nda
     """Where a sample stands off its neighbours.
 
     Spikes are in the noise level that they are compared with; so they are looked for again with
-    the level of what is left, until none are found.
+    the level of what is left, until none are found. Where more than MANY of a channel stand off,
+    none of them is one.
     """
     sensor, read = readings.sensor, readings.read
     off, found = off_neighbours(readings, residual), np.zeros(len(residual), dtype=bool)
@@ -123,8 +127,16 @@ def spikes(readings: Readings, residual: Float[np.ndarray, " n"]) -> Bool[np.nda
                 level[number] = np.sqrt(np.mean(left**2) / np.mean(residual[mine] ** 2))
         again = off > SPIKE * level[sensor] * readings.sd
         if not np.any(again & ~found):
-            return found
+            return found & ~_many(readings, found)
         found |= again
+
+
+def _many(readings: Readings, found: Bool[np.ndarray, " n"]) -> Bool[np.ndarray, " n"]:
+    """Samples of channels of which more than MANY were found."""
+    read, count = readings.read, int(readings.channel.max(initial=-1)) + 1
+    each = np.bincount(readings.channel[read], minlength=count)
+    off = np.bincount(readings.channel[read & found], minlength=count)
+    return (off > MANY * each)[readings.channel]
 
 
 def off_neighbours(

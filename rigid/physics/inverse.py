@@ -17,17 +17,22 @@ Arrays are (nodes, tracks, walkers); those of the motion have no walkers.
 
 from collections.abc import Mapping
 from functools import reduce
-from operator import add
+from operator import add, mul
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, Seen, State
+from rigid.effects.base import AbstractEffect, Action, Seen, State, delays_of
 from rigid.physics.step_matrices import mean_growth
 
 Own = tuple[tuple[Array, ...], ...]
+
+FORCE = "force"
+"""What is read of a motion, by its name among `delays`."""
+STENCIL = (-2, -1, 0, 1, 2, 3)
+"""Nodes behind one, between the two in the middle of which a late reading lies."""
 
 
 class Along(eqx.Module):
@@ -101,7 +106,34 @@ def force(body: Body, along: Along) -> Array:
     for effect, states in zip(body.effects, _led(body, along), strict=True):
         action = effect(state, states)
         taken = taken - action.between - action.on_plunger
+    late = delays_of(body.effects).get(FORCE)
+    if late is not None:
+        taken = delayed(taken, late / along.interval)
     return filtered(taken, along.kernel, along.stride)
+
+
+def delayed(series: Array, lag: Array) -> Array:
+    """A series (nodes, tracks, walkers) as it was `lag` (walkers,) nodes before.
+
+    Between nodes lies the polynomial through six of them; beyond the ends it stays as it is there.
+    """
+    series, lag = jnp.broadcast_to(series, (*series.shape[:2], *jnp.broadcast_shapes(
+        series.shape[2:], jnp.shape(lag)))), jnp.atleast_1d(lag)  # fmt: skip
+    whole = jnp.floor(lag)
+    last = series.shape[0] - 1
+    nodes = jnp.arange(last + 1)[:, None] - whole.astype(int)
+    return reduce(add, (
+        weight * jnp.take_along_axis(series, jnp.clip(nodes - back, 0, last)[:, None], axis=0)
+        for back, weight in zip(STENCIL, _between_nodes(lag - whole), strict=True)
+    ))  # fmt: skip
+
+
+def _between_nodes(back: Array) -> list[Array]:
+    """Weights of the nodes STENCIL behind, at `back` nodes behind (Lagrange's polynomials)."""
+    return [
+        reduce(mul, ((back - other) / (one - other) for other in STENCIL if other != one))
+        for one in STENCIL
+    ]
 
 
 def filtered(series: Array, kernel: Array, stride: int) -> Array:

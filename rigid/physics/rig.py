@@ -7,7 +7,15 @@ import equinox as eqx
 import jax.numpy as jnp
 from jax import Array
 
-from rigid.effects.base import AbstractEffect, Action, Distortion, Seen, State, Strap
+from rigid.effects.base import (
+    AbstractEffect,
+    Action,
+    Distortion,
+    Seen,
+    State,
+    Strap,
+    delays_of,
+)
 
 CORE_SCALES = (1e-4, 1e-1, 1e-4, 1e-1, 1e6)
 """Typical size of x_HC [m], v_HC [m/s], x_Pl [m], v_Pl [m/s] and p [Pa] in this rig."""
@@ -165,11 +173,7 @@ class Rig(eqx.Module):
 
     def delays(self) -> dict[str, Array]:
         """By how much [s] the time stamps of each quantity lag, for those that do."""
-        total: dict[str, Array] = {}
-        for effect in self.effects:
-            for quantity, delay in effect.delays().items():
-                total[quantity] = total[quantity] + delay if quantity in total else delay
-        return total
+        return delays_of(self.effects)
 
     def strap(self) -> Strap | None:
         """How straps let go, by the first effect that says so; None: at once."""

@@ -22,6 +22,7 @@ from rigid.io.cache import Shelf
 from rigid.io.cli import Options
 from rigid.io.files import write_text
 from rigid.io.progress import stage, stages
+from rigid.likelihood.assemble import require_at_work
 from rigid.likelihood.effect_lookup import effects_named, marks
 from rigid.likelihood.listing import given_priors
 from rigid.likelihood.machine import everywhere
@@ -162,6 +163,7 @@ def candidates(spec: Spec, problem: Problem) -> tuple[type[AbstractEffect], ...]
     listed = tuple(CATALOGUE.values())
     if named is not None:
         listed = effects_named(named, spec.path.parent, f"{spec.path} [model] candidates")
+        require_at_work(spec, listed, problem.tracks, "candidates")
     if spec.machine is not None:
         listed = everywhere(spec.machine, listed)
     kinds = {track.kind for track in problem.tracks}

@@ -28,6 +28,7 @@ from rigid.localfit.hidden_inputs import (
     at_joints,
 )
 from rigid.localfit.local import LocalFit
+from rigid.localfit.motions import Course, courses
 from rigid.localfit.samples import Layout
 from rigid.localfit.signature import Way, changes, reads
 
@@ -207,8 +208,19 @@ def _range_of(local: LocalFit, quantity: str) -> Span:
     """Least and greatest expected reading of a quantity; 0 and 0 where it is not read."""
     layout = local.layout
     numbers = [i for i, c in enumerate(layout.channels) if c.quantity == quantity]
-    found = local.reading[np.isin(layout.channel, numbers) & layout.read]
-    return (float(found.min()), float(found.max())) if len(found) else (0.0, 0.0)
+    return _span(local.reading[np.isin(layout.channel, numbers) & layout.read])
+
+
+def _span(values: Float[np.ndarray, " m"]) -> Span:
+    """Least and greatest of some values; 0 and 0 where there are none."""
+    return (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
+
+
+def _with_motions(local: LocalFit, simulated: Span, of: Callable[[Course], np.ndarray]) -> Span:
+    """From where to where a state goes in records that are simulated and in measured motions."""
+    measured = [_span(of(one)) for one in courses(local.layout.problem)]
+    spans = [span for span in (simulated, *measured) if span != (0.0, 0.0)]
+    return min((s[0] for s in spans), default=0.0), max((s[1] for s in spans), default=0.0)
 
 
 def _speeds(local: LocalFit) -> Span:
@@ -242,9 +254,13 @@ def _compression(local: LocalFit) -> Span:
 
 
 SPANS: Mapping[Followed, Callable[[LocalFit], Span]] = {
-    PRESSURE: lambda local: _range_of(local, "pressure"),
-    STROKE: lambda local: _range_of(local, "stroke"),
-    SPEED: _speeds,
+    PRESSURE: lambda local: _with_motions(
+        local, _range_of(local, "pressure"), lambda one: one.pressure
+    ),
+    STROKE: lambda local: _with_motions(
+        local, _range_of(local, "stroke"), lambda one: one.position
+    ),
+    SPEED: lambda local: _with_motions(local, _speeds(local), lambda one: one.speed),
     CYLINDER_SPEED: _swing,
     LOAD: _compression,
 }

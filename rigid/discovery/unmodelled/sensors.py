@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float
 from rigid.discovery.fitted import Fitted
 from rigid.discovery.unmodelled.base import About, Bumps, Curve, together
 from rigid.localfit.hidden_inputs import TIME, Abscissa
+from rigid.localfit.motions import held_against, measured
 from rigid.physics.sensors import UNITS
 
 TIME_BUMPS, READING_BUMPS = 10, 6
@@ -39,11 +40,14 @@ class SensorError(Curve):
             rows = (layout.channel == number) & layout.read
             target = cls(channel.quantity, TIME.name, channel.track)
             out.append(_bumped(layout.time, rows, TIME_BUMPS, target))
+        read, moved = held_against(local), measured(layout)
         quantities = {channel.sensor: channel.quantity for channel in layout.channels}
         for sensor, name in enumerate(layout.problem.sensors):
             rows = (layout.sensor == sensor) & layout.read
             target = cls(quantities[name], "reading")
-            out.append(_bumped(local.reading, rows, READING_BUMPS, target))
+            own = _bumped(read, rows, READING_BUMPS, target)
+            straight = rows & moved
+            out.append(bent(own, read, straight) if straight.any() else own)
         return together(out)
 
     @property
@@ -71,3 +75,15 @@ def _bumped(
     centres = low + width * np.arange(count)
     height = np.maximum(0.0, 1.0 - np.abs(values[:, None] - centres) / width)
     return Bumps(np.where(rows[:, None], height, 0.0), (target,) * count, centres)
+
+
+def bent(bumps: Bumps, values: Float[np.ndarray, " n"], rows: Bool[np.ndarray, " n"]) -> Bumps:
+    """Bumps over some values without their straight part, in some rows.
+
+    A force, the mass that it moves and all that holds it grow together: what is in proportion to
+    the reading is the gain, which no motion tells, and a zero stands in every fit.
+    """
+    line = np.stack([np.ones(rows.sum()), values[rows]], axis=1)
+    columns = bumps.columns.copy()
+    columns[rows] -= line @ np.linalg.lstsq(line, columns[rows], rcond=None)[0]
+    return dataclasses.replace(bumps, columns=columns)

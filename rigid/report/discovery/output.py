@@ -15,7 +15,7 @@ from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained
 from rigid.discovery.workflow import LIKELY
 from rigid.io.files import finite
 from rigid.likelihood.effect_lookup import effects_named, name_in_specs
-from rigid.likelihood.listing import given_priors
+from rigid.likelihood.listing import MOTION_CONSTANTS, given_priors
 from rigid.likelihood.priors import AbstractPrior
 from rigid.localfit.hypothesis import Hypothesis
 from rigid.localfit.leave_one_out import gap
@@ -37,9 +37,14 @@ def added_labels(hypothesis: Hypothesis, name: str) -> list[str]:
 
 
 def quoted(hypothesis: Hypothesis) -> list[str]:
-    """Labels of numbers that a user would quote: of the effects, and every record's flow."""
-    names = {label for effect in hypothesis.problem.effects for label in effect.labels()}
-    asked = {*names, "kappa"}
+    """Labels of numbers that a user would quote: of the effects, and every record's flow.
+
+    Of a measured motion its mass and its area as well: what is missing may have moved them.
+    """
+    problem = hypothesis.problem
+    names = {label for effect in problem.effects for label in effect.labels()}
+    body = () if problem.of_the_rig else MOTION_CONSTANTS
+    asked = {*names, "kappa", *body}
     return [p.label for p in hypothesis.parameters if p.label in names or p.base in asked]
 
 
