@@ -27,7 +27,8 @@ from rigid.physics import inverse
 from rigid.physics.rig import acting
 from rigid.records.read import read_records
 from rigid.records.record import Channel, Record
-from rigid.spec import load_spec
+from rigid.spec import find_spec, load_spec
+from rigid.spec.machine import UsualSpec
 from rigid.study.study import load
 
 ROOT = Path(rigid.__file__).parents[1]
@@ -429,6 +430,34 @@ def test_what_a_motion_cannot_show_is_refused(tmp_path, candidates, message):
     path.write_text(re.sub("candidates = .*", f"candidates = {candidates}", text), "utf-8")
     with pytest.raises(InputError, match=message):
         _ = load(path).question
+
+
+def test_priors_of_the_catalogue_go_with_what_the_records_hold(tmp_path):
+    """So that a cart of 10 kg needs no prior of its own for what may be missing from it."""
+    path = cart(tmp_path, '["viscous-friction", "spring-hardening"]')
+    cubic = prior_of(path, "k_cubic")
+    table = np.loadtxt(tmp_path / "cart.csv")
+    force, stroke = 2.0 * np.sqrt(np.mean(table[:, 3] ** 2)), 0.5e-3 * np.ptp(table[:, 1])
+    assert cubic == pytest.approx(1e9 * (force / 6e4) * (0.2 / stroke) ** 3, rel=0.2)  # two digits
+    text = path.read_text("utf-8")
+    usual = "usual = { force = 120.0, stroke = 0.4, speed = 0.1 }"
+    path.write_text(text.replace('body = "cart"', f'body = "cart"\n{usual}'), "utf-8")
+    assert prior_of(path, "k_cubic") == pytest.approx(1e9 * (120.0 / 6e4) / 8.0)
+
+
+def prior_of(path: Path, label: str) -> float:
+    """The usual size in the prior of a number."""
+    spec = load_spec(path)
+    listed = assemble(spec, read_records(spec)).parameters.sampled
+    return float(next(p.prior for p in listed if p.label == label).usual)
+
+
+def test_what_is_usual_is_asked_of_motions_alone(tmp_path):
+    spec = load_spec(find_spec("calibration"))
+    stated = UsualSpec(force=1.0, stroke=1.0, speed=1.0)
+    spec = spec.model_copy(update={"model": spec.model.model_copy(update={"usual": stated})})
+    with pytest.raises(InputError, match=r"\[model\] usual: it is for motions of a body"):
+        assemble(spec, read_records(spec))
 
 
 OWN = """

@@ -1,8 +1,8 @@
-"""Effects at a joint of a machine: the same physics, its numbers those of that joint."""
+"""Effects of another machine: the same physics, its numbers of other sizes, or those of a joint."""
 
 import dataclasses
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -76,14 +76,8 @@ def _placed(
     effect: type[AbstractEffect], place: str, shared: frozenset[str], usual: Scales
 ) -> type[AbstractEffect]:
     infos = tuple(
-        dataclasses.replace(
-            info,
-            place="" if info.name in shared else place,
-            priors=tuple(_sized(prior, info.unit, usual) for prior in info.priors)
-            if info.sized
-            else info.priors,
-        )
-        for info in effect.parameters()
+        dataclasses.replace(info, place="" if info.name in shared else place)
+        for info in _sized(effect, usual)
     )
 
     def parameters(_: type[AbstractEffect]) -> tuple[ParameterInfo, ...]:
@@ -108,7 +102,37 @@ def _placed(
     return made(effect.__name__, (effect,), own)
 
 
-def _sized(prior: PriorDescription, unit: str, usual: Scales) -> PriorDescription:
+def sized(effect: type[AbstractEffect], usual: Scales) -> type[AbstractEffect]:
+    """Return an effect whose priors go with what is usual; one class for the same arguments."""
+    return effect if usual == RIG else _resized(effect, usual)
+
+
+@cache
+def _resized(effect: type[AbstractEffect], usual: Scales) -> type[AbstractEffect]:
+    infos = tuple(_sized(effect, usual))
+
+    def parameters(_: type[AbstractEffect]) -> tuple[ParameterInfo, ...]:
+        return infos
+
+    own: dict[str, Any] = {
+        "__module__": effect.__module__,
+        "__doc__": effect.__doc__,
+        MADE: (_resized, (effect, usual)),
+        "origin": effect,
+        "parameters": classmethod(parameters),
+    }
+    made: Any = type(effect)  # what makes such classes
+    return made(effect.__name__, (effect,), own)
+
+
+def _sized(effect: type[AbstractEffect], usual: Scales) -> Iterator[ParameterInfo]:
+    """Numbers of an effect, their priors for a machine of other sizes than the rig."""
+    for info in effect.parameters():
+        priors = tuple(_scaled(prior, info.unit, usual) for prior in info.priors)
+        yield dataclasses.replace(info, priors=priors) if info.sized else info
+
+
+def _scaled(prior: PriorDescription, unit: str, usual: Scales) -> PriorDescription:
     """Return a prior for a machine of other sizes than the rig."""
     powers = POWERS.get(unit, (0, 0, 0, 0))
     times = math.prod((a / b) ** p for a, b, p in zip(usual, RIG, powers, strict=True))

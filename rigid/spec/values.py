@@ -10,7 +10,7 @@ from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from rigid.io.errors import quoted
 from rigid.kinds import KINDS
 from rigid.spec.base import Flag, Real, Value, Whole
-from rigid.spec.machine import OF_A_MACHINE, MachineSpec, effects_of, run_faults
+from rigid.spec.machine import OF_A_MACHINE, MachineSpec, UsualSpec, effects_of, run_faults
 from rigid.spec.published import PublishedSpec
 from rigid.spec.record import ChannelSpec, Quantity, RecordSpec
 from rigid.spec.rig import RigSpec
@@ -35,7 +35,8 @@ class ModelSpec(Value):
 
     - `effects`: by name. - `only`: effects that act in one kind, cylinder or record alone.
     - `vary`: what a parameter varies by. - `candidates`: what may be missing.
-    - `body`: what moves, in what is reported.
+    - `body`: what moves, in what is reported. - `usual`: sizes that priors of the catalogue go with
+      where motions of a body were measured; None: as the records have them.
     """
 
     effects: tuple[str, ...] = (
@@ -48,6 +49,7 @@ class ModelSpec(Value):
     candidates: tuple[str, ...] | None = None
     vary: Mapping[str, Literal["kind", "cylinder", "record"]] = {}
     body: Annotated[str, AfterValidator(_word)] = BODY
+    usual: UsualSpec | None = None
 
     def equation(self, name: str) -> str:
         """Name of an equation in what is reported: "plunger-momentum" is that of the body."""

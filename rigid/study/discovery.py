@@ -7,6 +7,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
+import numpy as np
+
 from rigid.discovery.base_fit import best_base
 from rigid.discovery.outcome import Outcome
 from rigid.discovery.refit import KEPT as REFITS
@@ -22,13 +24,14 @@ from rigid.io.cache import Shelf
 from rigid.io.cli import Options
 from rigid.io.files import write_text
 from rigid.io.progress import stage, stages
-from rigid.likelihood.assemble import require_at_work
+from rigid.likelihood.assemble import of_its_size, require_at_work
 from rigid.likelihood.effect_lookup import effects_named, marks
 from rigid.likelihood.listing import given_priors
 from rigid.likelihood.machine import everywhere
 from rigid.likelihood.problem import Problem
 from rigid.localfit.families import families
 from rigid.localfit.reference_check import against_reference
+from rigid.physics.inverse import FORCE
 from rigid.planning.elsewhere import Possible, possible
 from rigid.planning.parting import Pair, best, between_effects
 from rigid.records.record import Record
@@ -166,6 +169,10 @@ def candidates(spec: Spec, problem: Problem) -> tuple[type[AbstractEffect], ...]
         require_at_work(spec, listed, problem.tracks, "candidates")
     if spec.machine is not None:
         listed = everywhere(spec.machine, listed)
+    else:
+        forces = (one for one in problem.pieces if one.quantity == FORCE)
+        read = (np.asarray(one.data)[np.asarray(one.weight) > 0.0] for one in forces)
+        listed = of_its_size(spec, listed, problem.tracks, read)
     kinds = {track.kind for track in problem.tracks}
     taken = {label for effect in problem.effects for label in effect.labels()}
     return tuple(
