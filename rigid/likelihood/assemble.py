@@ -1,9 +1,7 @@
 """From a spec and its records to a problem."""
 
 import dataclasses
-from collections.abc import Iterable, Mapping
-
-import numpy as np
+from collections.abc import Mapping
 
 from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.effects.base import MOTION
@@ -15,9 +13,9 @@ from rigid.likelihood.grouping import Grouping
 from rigid.likelihood.listing import list_parameters, of_the_rig
 from rigid.likelihood.machine import at_joints, lay_out
 from rigid.likelihood.machine_runs import fed, resolved
-from rigid.likelihood.motion import for_the_body, scales_of
 from rigid.likelihood.parameters import require_known
 from rigid.likelihood.problem import Problem
+from rigid.likelihood.sizes import of_its_size
 from rigid.likelihood.tracks import Series, Track, make_track
 from rigid.physics.inverse import FORCE
 from rigid.physics.sensors import UNITS
@@ -39,7 +37,7 @@ def assemble(spec: Spec, records: tuple[Record, ...]) -> Problem:
         raise InputError(f"{spec.path}: no record is fitted; a fit needs at least one")
     require_at_work(spec, effects, tracks)
     read = (s.data[FORCE][s.weight[FORCE] > 0.0] for s in series.values() if s.has(FORCE))
-    effects = of_its_size(spec, effects, tracks, read)
+    effects = of_its_size(spec, effects, (track.along for track in tracks), read)
     tracks = fed(tracks, effects)
     parameters = list_parameters(spec, effects, tracks, series)
     confined(spec, effects, tracks)
@@ -101,29 +99,6 @@ def require_at_work(
                 f"{where}: '{effect.name}' has {silent}, which nothing asks for along a measured "
                 'motion; there an effect pushes the body, or delays the "force"'
             )
-
-
-def of_its_size(
-    spec: Spec,
-    effects: tuple[type[AbstractEffect], ...],
-    tracks: tuple[Track, ...],
-    forces: Iterable[np.ndarray],
-) -> tuple[type[AbstractEffect], ...]:
-    """Return effects with priors for the body whose motions were measured; else as they are.
-
-    - `forces`: that were read [N].
-
-    Raises InputError where the spec states sizes of what is none.
-    """
-    along = [track.along for track in tracks if track.along is not None]
-    if len(along) < len(tracks):
-        if spec.model.usual is not None:
-            raise InputError(
-                f"{spec.path} [model] usual: it is for motions of a body, and not all records are "
-                "motions; leave it out, a machine has a [machine] usual of its own"
-            )
-        return effects
-    return for_the_body(effects, scales_of(along, forces, spec.model.usual))
 
 
 def _not_asked(effect: type[AbstractEffect]) -> str:

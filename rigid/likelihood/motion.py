@@ -8,20 +8,15 @@ Source: Janot, Vandanjon and Gautier 2014, IEEE Trans. Control Systems Technolog
 filters; here the order of the first is 4 in all and derivatives are a spline's.
 """
 
-from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
-from jax import Array
 from scipy.interpolate import make_interp_spline
 from scipy.signal import butter, firwin, sosfiltfilt
 
-from rigid.effects import CATALOGUE, AbstractEffect
-from rigid.effects.placed import RIG, Scales, sized
 from rigid.io.errors import InputError
 from rigid.physics.inverse import Along
 from rigid.records.record import Channel, Record, longest_step
-from rigid.spec.machine import UsualSpec
 
 SMOOTHER = 2.0
 """Corner of the Butterworth filter over that of the low-pass, which then is what limits."""
@@ -47,40 +42,6 @@ it."""
 
 FEWEST = 20
 """Samples of the force that make a record."""
-
-
-def scales_of(
-    along: Iterable[Along], forces: Iterable[np.ndarray], stated: UsualSpec | None
-) -> Scales:
-    """What is usual in measured motions, where no one says: as the records have it, to two digits.
-
-    Force, speed and pressure are root mean squares, the stroke is half of how far the body goes.
-    """
-    if stated is not None:
-        pressure = RIG.pressure if stated.pressure is None else stated.pressure
-        return Scales(stated.force, stated.stroke, stated.speed, pressure)
-    runs = list(along)
-    found = (
-        _rms(list(forces)),
-        0.5 * max(float(np.ptp(run.position)) for run in runs),
-        _rms([run.velocity for run in runs]),
-        _rms([run.pressure for run in runs]) or RIG.pressure,
-    )
-    return Scales(*(float(f"{size:.2g}") for size in found))
-
-
-def for_the_body(
-    effects: Iterable[type[AbstractEffect]], usual: Scales
-) -> tuple[type[AbstractEffect], ...]:
-    """Return effects whose priors go with what is usual; those of the user's own stay."""
-    return tuple(
-        sized(effect, usual) if CATALOGUE.get(effect.name) is effect else effect
-        for effect in effects
-    )
-
-
-def _rms(parts: Iterable[Array | np.ndarray]) -> float:
-    return float(np.sqrt(np.mean(np.square(np.concatenate([np.asarray(one) for one in parts])))))
 
 
 class Laid(NamedTuple):

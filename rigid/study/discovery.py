@@ -24,11 +24,12 @@ from rigid.io.cache import Shelf
 from rigid.io.cli import Options
 from rigid.io.files import write_text
 from rigid.io.progress import stage, stages
-from rigid.likelihood.assemble import of_its_size, require_at_work
+from rigid.likelihood.assemble import require_at_work
 from rigid.likelihood.effect_lookup import effects_named, marks
 from rigid.likelihood.listing import given_priors
 from rigid.likelihood.machine import everywhere
 from rigid.likelihood.problem import Problem
+from rigid.likelihood.sizes import of_its_size
 from rigid.localfit.families import families
 from rigid.localfit.reference_check import against_reference
 from rigid.physics.inverse import FORCE
@@ -172,7 +173,7 @@ def candidates(spec: Spec, problem: Problem) -> tuple[type[AbstractEffect], ...]
     else:
         forces = (one for one in problem.pieces if one.quantity == FORCE)
         read = (np.asarray(one.data)[np.asarray(one.weight) > 0.0] for one in forces)
-        listed = of_its_size(spec, listed, problem.tracks, read)
+        listed = of_its_size(spec, listed, (track.along for track in problem.tracks), read)
     kinds = {track.kind for track in problem.tracks}
     taken = {label for effect in problem.effects for label in effect.labels()}
     return tuple(
