@@ -1,6 +1,7 @@
 """Score tests and evidence: nothing where nothing is, and a planted effect by its strength."""
 
 import dataclasses
+import re
 
 import jax.numpy as jnp
 import numpy as np
@@ -423,6 +424,20 @@ def test_the_simplest_formula_is_found(curve, words):
     number, form = found.words.split(" ", 1)
     assert form == words.split(" ", 1)[1]
     assert float(number) == pytest.approx(float(words.split()[0]), abs=0.03)
+
+
+def test_a_curve_of_straight_pieces_is_close_to_a_formula():
+    """However well it is known: here to a hundred-thousandth, where it bends at six places."""
+    place = np.linspace(-2.0, 2.0, 6)
+    wide = np.linspace(-2.0, 2.0, 400)
+    columns = np.maximum(0.0, 1.0 - np.abs(wide[:, None] - place) / 0.8)
+    mean = np.linalg.lstsq(columns, 3.0 * wide - 2.0 * wide**3, rcond=None)[0]
+    found = simplest(place, mean, 1e-10 * np.eye(6), "x")
+    assert found is not None
+    told = re.fullmatch(r"(\S+) x - (\S+) x\^3", found.words)
+    assert told is not None
+    assert float(told[1]) == pytest.approx(3.0, rel=0.3)  # what pieces leave looks like a line
+    assert float(told[2]) == pytest.approx(2.0, rel=0.1)
 
 
 def test_where_no_formula_fits_there_is_none():

@@ -1,7 +1,7 @@
 """Is what a measured motion lacks found on machines of any size? By population, simulated.
 
-    python tests/studies/oscillators.py --campaigns 10 --first-seed 20001
-    python tests/studies/oscillators.py --page --first-seed 20001
+    python tests/studies/oscillators.py --campaigns 10 --first-seed 30001
+    python tests/studies/oscillators.py --page --first-seed 30001
 
 A mass of 1 to 100 kg on a spring, 0.5 to 8 Hz, is shaken by a force of many frequencies, or let go;
 SciPy integrates it. The spec knows springs and drag by wide priors and states none of what may be

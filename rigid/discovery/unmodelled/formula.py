@@ -6,8 +6,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import chi2
 
-LEAST = 1e-3
-"""Probability of a misfit as large, below which a formula does not fit."""
+LEAST, CLOSE = 1e-3, 0.05
+"""Probability of a misfit as large, below which a formula does not fit; the share of a curve that
+it may leave all the same: a curve of straight pieces is no formula, however well it is known."""
 
 FORMS: tuple[tuple[str, Callable[[np.ndarray], np.ndarray]], ...] = (
     ("a", lambda u: np.stack([np.ones_like(u)], axis=1)),
@@ -20,6 +21,7 @@ FORMS: tuple[tuple[str, Callable[[np.ndarray], np.ndarray]], ...] = (
     ("a u + b u |u|", lambda u: np.stack([u, u * np.abs(u)], axis=1)),
     ("a u + b u^2", lambda u: np.stack([u, u**2], axis=1)),
     ("a u^3", lambda u: np.stack([u**3], axis=1)),
+    ("a u + b u^3", lambda u: np.stack([u, u**3], axis=1)),
 )
 
 
@@ -53,7 +55,8 @@ def simplest(
             best = (score, misfit, words, found, columns @ found)
     assert best is not None  # FORMS is not empty
     _, misfit, words, numbers, values = best
-    if chi2.sf(misfit, len(mean) - len(numbers)) < LEAST:
+    near = np.linalg.norm(mean - values) < CLOSE * np.linalg.norm(mean)
+    if chi2.sf(misfit, len(mean) - len(numbers)) < LEAST and not near:
         return None
     return Formula(_worded(words, numbers, scale, symbol), values)
 
@@ -65,4 +68,4 @@ def _worded(words: str, numbers: np.ndarray, scale: float, symbol: str) -> str:
         rest = part[1:].strip()
         power = {"u": 1, "u^2": 2, "u |u|": 2, "u^3": 3}.get(rest, 0)
         parts.append(f"{number / scale**power:.3g} {rest}".strip().replace("u", symbol))
-    return " + ".join(parts)
+    return " + ".join(parts).replace("+ -", "- ")

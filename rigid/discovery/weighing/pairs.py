@@ -82,7 +82,7 @@ def pairs(found: Explained) -> Pairs:
     """
     names = tuple(found.effects)
     of = np.array([names.index(one.effect.name) for one in found.listed])
-    apart = np.array([one.only is not None for one in found.listed])
+    apart = np.array([one.only is not None for one in found.listed], dtype=bool)
     count = len(found.listed)
     size = found.screening.size[:count]
     reach = max(LEAST_REACH, 2.0 * float(np.abs(found.screening.strength[:count]).max(initial=0.0)))

@@ -1,5 +1,6 @@
 """From the outcome of discovery to what its section of the page shows."""
 
+import dataclasses
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from rigid.discovery.weighing.explain import (
 )
 from rigid.discovery.weighing.odds import MIMICS
 from rigid.localfit.leave_one_out import gap
+from rigid.plots.shown import HiddenShown
 from rigid.report.content import BAD, GOOD, RESERVE, Answer, Check, Front, Provenance
 from rigid.report.discovery.compared import Compared, sentence, shown, table
 from rigid.report.discovery.lead import (
@@ -35,6 +37,7 @@ from rigid.report.discovery.section import DiscoveryContent, StepContent
 from rigid.report.discovery.words import introduced, meanings
 from rigid.report.taken import sentences
 from rigid.spec import Spec
+from rigid.spec.values import BODY, ModelSpec
 
 TOLD_ODDS = 8
 LEAST_APART = 0.8
@@ -66,7 +69,7 @@ def content(spec: Spec, outcome: Outcome, made: dict[str, Any], run: Context) ->
         provenance=run.provenance,
         checks=run.checks,
         steps=tuple(
-            _step(number, step, told)
+            _step(number, step, told, spec.model)
             for number, (step, told) in enumerate(
                 zip(outcome.steps, made["steps"], strict=True), start=1
             )
@@ -97,7 +100,7 @@ def front(outcome: Outcome, made: dict[str, Any], run: Context) -> Front:
         asked="Is an effect missing from the model of these records, and which?",
         state=BAD if failed else GOOD if settled else RESERVE,
         ruling=ruling(outcome),
-        why=(*(one.says for one in failed), sentence(run.compared)),
+        why=(*(f"{one.name}: {one.says}" for one in failed), sentence(run.compared)),
         answers=tuple(
             Answer(question, " ".join(paragraphs))
             for question, paragraphs in told.items()
@@ -149,7 +152,7 @@ def _needed(cosine: float) -> float:
     return 1.64 / float(np.sqrt(max(0.5 * (1.0 - cosine), 1e-6)))
 
 
-def _step(number: int, step: Step, told: dict[str, Any]) -> StepContent:
+def _step(number: int, step: Step, told: dict[str, Any], model: ModelSpec) -> StepContent:
     nameless = (
         "an effect that fails a check" if step.refused else "something that no effect explains"
     )
@@ -169,7 +172,7 @@ def _step(number: int, step: Step, told: dict[str, Any]) -> StepContent:
         sentences.append(
             f"A placebo, an effect with another trace, explains {100 * step.placebo:.0f} % as much."
         )
-    hidden = None if step.hidden is None else step.hidden.shown
+    hidden = None if step.hidden is None else _of_the_body(step.hidden.shown, model)
     if hidden is not None:
         shape = f": {hidden.words}"
         if not hidden.groups:
@@ -197,6 +200,17 @@ def _step(number: int, step: Step, told: dict[str, Any]) -> StepContent:
         against=against(step),
         residuals=residuals(step),
         hidden=hidden,
+    )
+
+
+def _of_the_body(shown: HiddenShown, model: ModelSpec) -> HiddenShown:
+    """Call plunger and stroke what they are where another machine was measured."""
+    if model.body == BODY:
+        return shown
+    return dataclasses.replace(
+        shown,
+        name=shown.name.replace(BODY, model.body),
+        variable=shown.variable.replace("stroke", "position"),
     )
 
 
