@@ -316,6 +316,13 @@ def test_what_may_be_missing_is_looked_for_where_it_can_be_told(tmp_path):
     assert where("pressure-dependent-friction") == places
     assert where("viscous-friction") == set()  # one of three, and the head has it
     assert where("seating-slack") == where("clock-offset") == where("free-root-plate") == set()
+    text = path.read_text("utf-8")
+    model = "[model]\n" if "[model]\n" in text else ""
+    named = '[model]\ncandidates = ["piston-leakage"]\n'
+    text = text.replace(model, named) if model else f"{text}\n{named}"
+    path.write_text(text, "utf-8")
+    found = {effect.name for effect in rigid.load(path).question.effects}
+    assert found == {"piston-leakage at head", "piston-leakage at rod"}
 
 
 def test_a_spec_with_what_was_found_has_it_at_its_joint():

@@ -167,10 +167,11 @@ def candidates(spec: Spec, problem: Problem) -> tuple[type[AbstractEffect], ...]
     listed = tuple(CATALOGUE.values())
     if named is not None:
         listed = effects_named(named, spec.path.parent, f"{spec.path} [model] candidates")
-        require_at_work(spec, listed, problem.tracks, "candidates")
     if spec.machine is not None:
         listed = everywhere(spec.machine, listed)
     else:
+        if named is not None:
+            require_at_work(spec, listed, problem.tracks, "candidates")
         forces = (one for one in problem.pieces if one.quantity == FORCE)
         read = (np.asarray(one.data)[np.asarray(one.weight) > 0.0] for one in forces)
         listed = of_its_size(spec, listed, (track.along for track in problem.tracks), read)
