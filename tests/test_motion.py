@@ -15,6 +15,7 @@ import pytest
 
 import rigid
 from rigid.effects import CATALOGUE
+from rigid.friction.models import place_of
 from rigid.inference.derived import values_of
 from rigid.inference.posterior import load_posterior
 from rigid.inference.search import search
@@ -22,6 +23,7 @@ from rigid.io.errors import InputError
 from rigid.likelihood.assemble import assemble
 from rigid.likelihood.groups import MotionGroup
 from rigid.likelihood.motion import NODES, SMOOTHER, STRIDE, TAPS, lay
+from rigid.likelihood.sizes import usual_of
 from rigid.likelihood.tracks import make_track
 from rigid.physics import inverse
 from rigid.physics.rig import acting
@@ -450,6 +452,15 @@ def prior_of(path: Path, label: str) -> float:
     spec = load_spec(path)
     listed = assemble(spec, read_records(spec)).parameters.sampled
     return float(next(p.prior for p in listed if p.label == label).usual)
+
+
+def test_friction_models_have_priors_of_the_same_sizes(tmp_path):
+    """One law sized for the body, beside one sized for the rig, would be no comparison."""
+    spec = load_spec(cart(tmp_path, '["viscous-friction"]'))
+    problem = assemble(spec, read_records(spec))
+    place = dataclasses.replace(place_of(spec, None), usual=usual_of(spec, problem))
+    assert place.effect("viscous-friction") in problem.effects
+    assert place_of(spec, None).effect("viscous-friction") not in problem.effects
 
 
 def test_what_is_usual_is_asked_of_motions_alone(tmp_path):

@@ -9,7 +9,7 @@ from rigid.effects.declare import lognormal, parameter
 
 
 class JointSpring(AbstractEffect):
-    """F = -k x between the bodies of a joint, or a body and the ground; x: moved apart.
+    """F = -k x between the bodies of a joint, or a body and the ground, x apart from rest.
 
     Signature: a swing whose period does not depend on how far it goes.
     Siblings: a mass that is off, as long as no force is known.

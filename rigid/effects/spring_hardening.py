@@ -9,7 +9,7 @@ from rigid.effects.declare import either_sign, parameter
 
 
 class SpringHardening(AbstractEffect):
-    """F = -k_3 x^3 between the bodies of a joint, or a body and the ground; x: moved apart.
+    """F = -k_3 x^3 between the bodies of a joint, or a body and the ground, x apart from rest.
 
     Signature: the period of a swing shortens (k_3 > 0) or lengthens as it goes farther, and a third
     harmonic appears.

@@ -12,6 +12,7 @@ import dataclasses
 from collections.abc import Mapping
 
 from rigid.effects import CATALOGUE, AbstractEffect
+from rigid.effects.placed import RIG, Scales, sized
 from rigid.io.errors import InputError
 from rigid.likelihood.machine import placed_in
 from rigid.likelihood.priors import AbstractPrior
@@ -41,10 +42,14 @@ WITHIN = {VISCOUS: (), COULOMB: (VISCOUS,), STRIBECK: (VISCOUS, COULOMB), SEAL: 
 
 @dataclasses.dataclass(frozen=True)
 class Place:
-    """Where models are compared: in the rig, or at a joint of a machine."""
+    """Where models are compared: in the rig, a body that was measured, or at a joint of a machine.
+
+    - `usual`: sizes of the body, which priors go with.
+    """
 
     machine: MachineSpec | None = None
     joint: str = ""
+    usual: Scales = RIG
 
     @property
     def oil(self) -> bool:
@@ -60,7 +65,9 @@ class Place:
     def effect(self, name: str) -> type[AbstractEffect]:
         """Return an effect of the catalogue as it acts here."""
         effect = CATALOGUE[name]
-        return effect if self.machine is None else placed_in(self.machine, effect, self.joint)
+        if self.machine is None:
+            return sized(effect, self.usual)
+        return placed_in(self.machine, effect, self.joint)
 
     def labels(self, name: str) -> tuple[str, ...]:
         """Labels that the numbers of an effect have here."""

@@ -15,7 +15,7 @@ from rigid.likelihood.machine import at_joints, lay_out
 from rigid.likelihood.machine_runs import fed, resolved
 from rigid.likelihood.parameters import require_known
 from rigid.likelihood.problem import Problem
-from rigid.likelihood.sizes import of_its_size
+from rigid.likelihood.sizes import of_its_size, usual_in
 from rigid.likelihood.tracks import Series, Track, make_track
 from rigid.physics.inverse import FORCE
 from rigid.physics.sensors import UNITS
@@ -37,7 +37,7 @@ def assemble(spec: Spec, records: tuple[Record, ...]) -> Problem:
         raise InputError(f"{spec.path}: no record is fitted; a fit needs at least one")
     require_at_work(spec, effects, tracks)
     read = (s.data[FORCE][s.weight[FORCE] > 0.0] for s in series.values() if s.has(FORCE))
-    effects = of_its_size(spec, effects, (track.along for track in tracks), read)
+    effects = of_its_size(effects, usual_in(spec, (track.along for track in tracks), read))
     tracks = fed(tracks, effects)
     parameters = list_parameters(spec, effects, tracks, series)
     confined(spec, effects, tracks)

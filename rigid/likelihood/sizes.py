@@ -9,38 +9,46 @@ from rigid.effects import CATALOGUE, AbstractEffect
 from rigid.effects.placed import RIG, Scales, sized
 from rigid.io.errors import InputError
 from rigid.likelihood.listing import given_priors
-from rigid.physics.inverse import Along
+from rigid.likelihood.problem import Problem
+from rigid.physics.inverse import FORCE, Along
 from rigid.spec import Spec
 
 
 def of_its_size(
-    spec: Spec,
-    effects: Iterable[type[AbstractEffect]],
-    along: Iterable[Along | None],
-    forces: Iterable[np.ndarray],
+    effects: Iterable[type[AbstractEffect]], usual: Scales
 ) -> tuple[type[AbstractEffect], ...]:
-    """Return effects with priors for the body whose motions were measured; else as they are.
-
-    - `along`: motion of every record, None where it was not measured. - `forces`: that were read
-      [N].
-
-    Effects of the user's own keep their priors. Raises InputError where the spec states sizes of
-    what is none.
-    """
-    runs = list(along)
-    measured = [run for run in runs if run is not None]
-    if len(measured) < len(runs):
-        if spec.model.usual is not None:
-            raise InputError(
-                f"{spec.path} [model] usual: it is for motions of a body, and not all records are "
-                "motions; leave it out, a machine has a [machine] usual of its own"
-            )
-        return tuple(effects)
-    usual = scales_of(spec, measured, list(forces))
+    """Return effects with priors for what is usual; those of the user's own keep theirs."""
     return tuple(
         sized(effect, usual) if CATALOGUE.get(effect.name) is effect else effect
         for effect in effects
     )
+
+
+def usual_in(spec: Spec, along: Iterable[Along | None], forces: Iterable[np.ndarray]) -> Scales:
+    """Return what is usual in the body whose motions were measured; where there is none, the rig's.
+
+    - `along`: motion of every record, None where it was not measured. - `forces`: that were read
+      [N].
+
+    Raises InputError where the spec states sizes of what is none.
+    """
+    runs = list(along)
+    measured = [run for run in runs if run is not None]
+    if len(measured) == len(runs):
+        return scales_of(spec, measured, list(forces))
+    if spec.model.usual is not None:
+        raise InputError(
+            f"{spec.path} [model] usual: it is for motions of a body, and not all records are "
+            "motions; leave it out, a machine has a [machine] usual of its own"
+        )
+    return RIG
+
+
+def usual_of(spec: Spec, problem: Problem) -> Scales:
+    """Return the same from a problem that was put together."""
+    forces = (one for one in problem.pieces if one.quantity == FORCE)
+    read = (np.asarray(one.data)[np.asarray(one.weight) > 0.0] for one in forces)
+    return usual_in(spec, (track.along for track in problem.tracks), read)
 
 
 def scales_of(spec: Spec, along: list[Along], forces: list[np.ndarray]) -> Scales:

@@ -7,8 +7,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-import numpy as np
-
 from rigid.discovery.base_fit import best_base
 from rigid.discovery.outcome import Outcome
 from rigid.discovery.refit import KEPT as REFITS
@@ -29,10 +27,9 @@ from rigid.likelihood.effect_lookup import effects_named, marks
 from rigid.likelihood.listing import given_priors
 from rigid.likelihood.machine import everywhere
 from rigid.likelihood.problem import Problem
-from rigid.likelihood.sizes import of_its_size
+from rigid.likelihood.sizes import of_its_size, usual_of
 from rigid.localfit.families import families
 from rigid.localfit.reference_check import against_reference
-from rigid.physics.inverse import FORCE
 from rigid.planning.elsewhere import Possible, possible
 from rigid.planning.parting import Pair, best, between_effects
 from rigid.records.record import Record
@@ -172,9 +169,7 @@ def candidates(spec: Spec, problem: Problem) -> tuple[type[AbstractEffect], ...]
     else:
         if named is not None:
             require_at_work(spec, listed, problem.tracks, "candidates")
-        forces = (one for one in problem.pieces if one.quantity == FORCE)
-        read = (np.asarray(one.data)[np.asarray(one.weight) > 0.0] for one in forces)
-        listed = of_its_size(spec, listed, (track.along for track in problem.tracks), read)
+        listed = of_its_size(listed, usual_of(spec, problem))
     kinds = {track.kind for track in problem.tracks}
     taken = {label for effect in problem.effects for label in effect.labels()}
     return tuple(

@@ -1,7 +1,7 @@
 """Which friction model a study's records speak for."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from rigid.likelihood.assemble import assemble
 from rigid.likelihood.effect_lookup import marks
 from rigid.likelihood.listing import given_priors
 from rigid.likelihood.problem import Problem
+from rigid.likelihood.sizes import usual_of
 from rigid.localfit.reference_check import against_reference
 from rigid.planning.elsewhere import Possible, possible
 from rigid.planning.parting import Parting, Rivals, best, between_fits
@@ -108,6 +109,7 @@ def compare_laws(
 
     Raises InputError where [plan] names a record or a setting that is not there.
     """
+    place = replace(place, usual=usual_of(spec, problem))
     known = possible(without_friction(spec, place), records, problem)
     mark = fingerprint(spec, records, seed) | marks(problem.effects) | {"joint": place.joint}
     shelf = Shelf(None if options.out is None else options.out / KEPT, mark, options.resume)
