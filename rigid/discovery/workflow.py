@@ -24,9 +24,9 @@ from rigid.localfit.screening import Screening
 from rigid.localfit.settled import below, state_of
 from rigid.localfit.where import where_shown
 
-LIKELIER = 0.5
-"""Something is missing where the probability of nothing is below this, and where as much is found
-in fewer than FALSE_ALARMS of campaigns in which nothing is."""
+AGAINST = 0.25
+"""Something is missing where the probability of nothing is below this, three to one against it, and
+where as much is found in fewer than FALSE_ALARMS of campaigns in which nothing is."""
 LIKELY = 0.02
 """Least probability of an effect that is told as an alternative."""
 MOST_STEPS = 3
@@ -151,7 +151,7 @@ def most_left(said: Odds) -> float:
 
 
 def _missing(found: Explained, said: Odds) -> bool:
-    return said.nothing < LIKELIER and found.p_value < FALSE_ALARMS
+    return said.nothing < AGAINST and found.p_value < FALSE_ALARMS
 
 
 def _step(turn: Turn, said: Odds, refits: dict[str, Refit]) -> Step:

@@ -45,7 +45,7 @@ class Layout:
     - `channels`; `channel` (n,): number of each sample's channel. - `time` (n,) [s].
     - `weight` (n,): 0 where nothing was read, below 1 where a sample is less than one fact.
     - `tails`: degrees of freedom of the noise, by quantity, where the weights take it for
-      Student's.
+      Student's. - `loud` (n,): variance of a sample's noise over that of its sensor.
     """
 
     problem: Problem
@@ -53,6 +53,7 @@ class Layout:
     channel: np.ndarray
     time: np.ndarray
     weight: np.ndarray
+    loud: np.ndarray
     tails: Mapping[str, float] = dataclasses.field(default_factory=dict)
 
     @cached_property
@@ -157,7 +158,7 @@ def lay_out(problem: Problem) -> Layout:
             time.append(float(track.first) + track.interval * np.arange(rows))
             weight.append(np.asarray(piece.weight[:, i]))
     channel, when, weights = (np.concatenate(part) for part in (number, time, weight))
-    return Layout(problem, tuple(channels), channel, when, weights)
+    return Layout(problem, tuple(channels), channel, when, weights, np.ones(len(weights)))
 
 
 def flat_readings(layout: Layout, swept: list[dict[str, np.ndarray]]) -> np.ndarray:

@@ -41,7 +41,7 @@ The [benchmark of discovery](discovery.md) is held against this. The observer kn
 all priors and the noise, and its world is the one that the reckoning assumes: readings change in
 proportion to amplitudes, laws are exact, noise is Gaussian. There the odds are the posterior. It
 searches the same shapes, places and hidden things as `rigid discover` does and calls an alarm by
-the same rule (nothing is less likely than one half, and fewer than 0.3 % of campaigns without
+the same rule (nothing is less likely than one in four, and fewer than 0.3 % of campaigns without
 anything leave as much), so that its false alarms are as many. Signatures are those of campaigns of
 the generator; all of it is simulated. Effects with a line whose frequency is searched are left out.
 
@@ -112,7 +112,7 @@ def said(outcome: "Outcome", number: int, strength: float, noise: np.ndarray, se
     from rigid.discovery.weighing.explain import explain
     from rigid.discovery.weighing.odds import odds
     from rigid.discovery.weighing.pairs import pairs
-    from rigid.discovery.workflow import LIKELIER
+    from rigid.discovery.workflow import AGAINST
     from rigid.inference.summary import FALSE_ALARMS
 
     found, screening = outcome.last, outcome.last.screening
@@ -126,7 +126,7 @@ def said(outcome: "Outcome", number: int, strength: float, noise: np.ndarray, se
     )
     told = odds(weighed, both=pairs(weighed))
     chances = dict(told.probability)
-    alarm = bool(told.nothing < LIKELIER and weighed.p_value < FALSE_ALARMS)
+    alarm = bool(told.nothing < AGAINST and weighed.p_value < FALSE_ALARMS)
     first = max(chances, key=lambda name: chances[name])
     return {
         "alarm": alarm,

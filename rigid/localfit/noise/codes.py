@@ -24,7 +24,7 @@ FAR = 12.0
 class Codes:
     """Scores of all codes around those on record.
 
-    - `rows`: numbers of each channel's samples. - `sigma` (channels,): its noise. - `step`
+    - `rows`: numbers of each channel's samples. - `sigma` (n,): noise of each. - `step`
       (channels,): of its converter; 0 where it is so fine that noise counts as it is.
     - `residual`, `curvature` (n,): of the records. - `score` (n, 2 reach + 1): of each sample, were
       it so many codes higher.
@@ -50,23 +50,25 @@ class Codes:
         fine = np.array([0.0 if s.nodes else s.step for s in sheets])
         usual = np.hypot(noise, fine / 12.0**0.5)
         sigma, coarse = usual * _louder(local, rows, noise), step > 0.0
-        reach = int(np.ceil(FAR * np.max(sigma[coarse] / step[coarse], initial=0.0)))
-        wide = step[layout.channel]
+        each, wide = sigma[layout.channel] * np.sqrt(layout.loud), step[layout.channel]
+        rounded = coarse[layout.channel]
+        reach = int(np.ceil(FAR * np.max(each[rounded] / wide[rounded], initial=0.0)))
         score = [
             terms(layout, local.residual + k * wide, levels).score for k in range(-reach, reach + 1)
         ]
         counted = [layout.weight[mine].sum() / max(layout.read[mine].sum(), 1) for mine in rows]
         curvature = np.maximum(local.terms.curvature, 0.0)
         unit = usual**2 / (sigma * np.where(counted, counted, 1.0))
-        return cls(rows, sigma, step, local.residual, curvature, np.stack(score, axis=1), unit)
+        return cls(rows, each, step, local.residual, curvature, np.stack(score, axis=1), unit)
 
     def of_noise(self, number: int, noise: np.ndarray) -> np.ndarray:
         """Scores (m, draws) of a channel's samples, were their noise so many sds (m, draws)."""
-        rows, sigma, step = self.rows[number], self.sigma[number], self.step[number]
+        rows, step = self.rows[number], self.step[number]
+        off = self.sigma[rows, None] * noise
         if not step:
-            return self.curvature[rows, None] * sigma * noise
+            return self.curvature[rows, None] * off
         reach = self.score.shape[1] // 2
-        higher = np.rint((sigma * noise - self.residual[rows, None]) / step)
+        higher = np.rint((off - self.residual[rows, None]) / step)
         code = np.clip(higher, -reach, reach).astype(int) + reach
         return np.take_along_axis(self.score[rows], code, axis=1)
 

@@ -32,7 +32,8 @@ def log_likelihood(local: LocalFit, residual: Float[np.ndarray, " n"] | None = N
     - `residual` (n,): in place of the fit's own.
     """
     layout, total = local.layout, 0.0
-    series = (local.residual if residual is None else residual) / layout.floor
+    series = local.residual if residual is None else residual
+    series = series / (layout.floor * np.sqrt(layout.loud))
     for number in range(len(layout.channels)):
         mine = layout.channel == number
         good = layout.weight[mine] > 0.0

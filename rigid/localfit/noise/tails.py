@@ -91,9 +91,11 @@ class Counted(NamedTuple):
         many = np.bincount(at)
         return cls(0.5 * step, FINE * (np.arange(len(many)) + 0.5), many, at)
 
-    def heights(self, law: Law, weight: np.ndarray | float = 1.0) -> np.ndarray:
-        """Log-likelihood at each of SCALES, classes weighed (m,)."""
-        return law.log(self.size, self.half, SCALES[:, None]) @ (self.many * weight)
+    def heights(
+        self, law: Law, weight: np.ndarray | float = 1.0, scales: np.ndarray = SCALES
+    ) -> np.ndarray:
+        """Log-likelihood at each of some scales, classes weighed (m,)."""
+        return law.log(self.size, self.half, scales[:, None]) @ (self.many * weight)
 
     def known(self, law: Law, scale: float, weight: np.ndarray) -> float:
         """Information of all residuals on the expected reading, classes weighed (m,)."""
@@ -202,17 +204,22 @@ def _channels(
     layout: Layout, readings: Readings, residual: np.ndarray, good: np.ndarray
 ) -> list[_Channel]:
     """All channels of which enough samples count."""
-    noise = np.sqrt(readings.sd**2 - readings.step**2 / 12.0)
     found = []
     for number, channel in enumerate(layout.channels):
         rows = np.flatnonzero((layout.channel == number) & good)
         if len(rows) >= LEAST_SAMPLES:
-            unit = float(noise[rows[0]])
-            step = max(float(readings.step[rows[0]]) / unit, FINEST)
+            unit, step = step_of(readings, rows)
             found.append(
                 _Channel(channel.track, channel.quantity, rows, residual[rows] / unit, step)
             )
     return found
+
+
+def step_of(readings: Readings, rows: np.ndarray) -> tuple[float, float]:
+    """The noise of a channel, whose samples are `rows` (m,), and the converter's step in it."""
+    step = float(readings.step[rows[0]])
+    noise = float(np.sqrt(readings.sd[rows[0]] ** 2 - step**2 / 12.0))
+    return noise, max(step / noise, FINEST)
 
 
 def _clustered(residual: np.ndarray, step: float) -> bool:
