@@ -80,6 +80,21 @@ def test_what_is_missing_is_no_growth():
     assert growth_of(told) == 0.0
 
 
+def test_what_is_loud_where_a_few_readings_are_large_is_no_growth():
+    """As just after a release, where a sensor that swings too fast for its samples looks white."""
+    rng, told = np.random.default_rng(5), {}
+    for name in ("1", "2"):
+        share = np.exp(-np.arange(SAMPLES) / 50.0)
+        told[name] = [left(share, (1.0 + 8.0 * share) * even(rng, share), 0.2)]
+    assert growth_of(told) == 0.0
+    longer = [np.repeat(one.share[:100], 10) for [one] in told.values()]
+    again = {
+        name: [left(share, (1.0 + 8.0 * share) * even(rng, share), 0.2)]
+        for name, share in zip(told, longer, strict=True)
+    }
+    assert growth_of(again) > 0.0
+
+
 def sums_of_scores(one: Left, weight: np.ndarray) -> np.ndarray:
     """Scores of stretches, by the information that they are said to have, at the best level."""
     levels = jnp.geomspace(0.4, 4.0, 41)[:, None]

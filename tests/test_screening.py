@@ -34,6 +34,7 @@ from rigid.localfit.hidden_inputs import HiddenDrag
 from rigid.localfit.hypothesis import Hypothesis, start, widened
 from rigid.localfit.leave_one_out import Judged, held_out_gap, left_out, units
 from rigid.localfit.local import LocalFit, with_weights
+from rigid.localfit.noise.codes import Codes
 from rigid.localfit.noise.leftover import Traces
 from rigid.localfit.noise.weights import facts
 from rigid.localfit.samples import lay_out
@@ -248,6 +249,38 @@ def test_noise_of_heavy_tails_is_found_and_told():
     # 1,000 samples of four degrees of freedom tell their sd to some 10 %
     assert told["load,A"]["sd"] == pytest.approx(sheet.noise, rel=0.3)
     assert told["pressure,A"]["degrees_of_freedom"] is None
+
+
+@pytest.mark.slow
+def test_noise_that_grows_with_the_reading_is_found_and_told():
+    local, programs = fitted(campaign(306))
+    columns = Traces.of(signatures(local, programs, candidates(CHOICE, 1)))
+    assert np.all(facts(local, columns).loud == 1.0)
+    rng, residual = np.random.default_rng(306), local.residual.copy()
+    rows = np.array([c.quantity == "stroke" for c in local.layout.channels])[local.layout.channel]
+    sheet, exact = SHEETS["stroke"], local.reading[rows]
+    share = np.abs(exact) / np.abs(exact).max()
+    # in a straight line, as in no law of the package
+    noise = sheet.noise * (1.0 + 6.0 * share) * rng.standard_normal(rows.sum())
+    residual[rows] = sheet.step * np.round((exact + noise) / sheet.step) - exact
+    louder = with_weights(dataclasses.replace(local, residual=residual), np.ones(len(residual)))
+    found = facts(louder, columns)
+    assert found.tails == {}
+    assert np.all(found.loud[~rows] == 1.0)
+    assert found.loud[rows].max() > 4.0 * found.loud[rows].min()
+    counts = found.weight[rows]
+    quiet, loud = np.median(counts[share < 0.05]), np.median(counts[share > 0.9])
+    assert 0.0 < loud < 0.2 * quiet
+    # as many facts as before
+    assert np.mean(1.0 / found.loud[rows]) == pytest.approx(1.0, rel=0.02)
+    after = refined(found.of(louder))
+    told = {one["sensor"]: one for one in noise_found(after)}
+    assert told["stroke,A"]["sd_least"] < 1.5 * sheet.noise
+    assert told["stroke,A"]["sd_greatest"] > 2.0 * sheet.noise
+    assert told["pressure,A"]["sd_greatest"] is None
+    # Simulated campaigns are as loud where the reading is large.
+    simulated = Codes.of(after).sigma[rows]
+    assert simulated[np.argmax(share)] == pytest.approx(told["stroke,A"]["sd_greatest"], rel=0.3)
 
 
 @pytest.mark.slow

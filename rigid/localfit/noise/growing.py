@@ -17,19 +17,22 @@ from rigid.likelihood.set_aside import Readings
 from rigid.localfit.noise.tails import GAUSS, Counted, Law, step_of, student_law
 from rigid.localfit.samples import Layout
 
-TRIED = np.concatenate([[0.0], np.geomspace(0.2, 4.0, 20)])
+TRIED = np.concatenate([[0.0], np.geomspace(0.2, 8.0, 24)])
 """Parts in proportion that are tried: at the greatest reading of a quantity, in constant parts."""
 LAWS = (GAUSS, *map(student_law, (3.0, 4.0, 6.0, 12.0)))
 """Laws of noise that are tried beside them: some samples far off, where large readings happen to
 be, are heavy tails. The Gaussian alone tells first whether there is anything to look at."""
 FINENESS = 8
 """Scales that are tried, to a factor of two."""
-LOGS = np.arange(-3 * FINENESS, int(3.1 * FINENESS) + 1) / FINENESS
+LOGS = np.arange(-3 * FINENESS, int(4.1 * FINENESS) + 1) / FINENESS
 """Logarithms, to the base of two, of all scales that noise may have, in sds of the fit's."""
 EVEN = LOGS[LOGS <= 1.0]
 """Those of the constant part."""
 CLASSES = 10
 """Of readings that are taken together."""
+FEW = 0.1
+"""Share of a channel's samples that have to be beyond half of its greatest reading: what is large
+just after a release alone is as loud there by anything that acts then."""
 
 
 class Left(NamedTuple):
@@ -87,8 +90,8 @@ def growth_of(tracks: Mapping[str, Sequence[Left]]) -> float:
     - `tracks`: channels of each record.
 
     How noise grows is a matter of a quantity's sensors: with any one record left out it has to grow
-    still. Channels that are not white are not asked: what is missing leaves more where more is
-    read, too, and neighbours that resemble each other.
+    still. Channels that are not white are not asked, for what is missing leaves more where more is
+    read, too, and neighbours that resemble each other; nor are those of few large readings.
     """
     return _growth_of(tracks, LAWS) if _growth_of(tracks, LAWS[:1]) else 0.0
 
@@ -96,7 +99,7 @@ def growth_of(tracks: Mapping[str, Sequence[Left]]) -> float:
 def _growth_of(tracks: Mapping[str, Sequence[Left]], laws: Sequence[Law]) -> float:
     found, read = [], 0
     for some in tracks.values():
-        each = [(one, _heights(one, laws)) for one in some]
+        each = [(one, _heights(one, laws)) for one in some if _large(one.share)]
         asked = [heights for one, heights in each if _white(one, heights)]
         if asked:
             found.append(np.sum(asked, axis=0))
@@ -110,6 +113,10 @@ def _growth_of(tracks: Mapping[str, Sequence[Left]], laws: Sequence[Law]) -> flo
     best = without.max(axis=1)  # by record left out and growth
     gains = best[:, chosen] - best[:, 0]
     return float(TRIED[chosen]) if gains.min() > 0.5 * np.log(read) else 0.0
+
+
+def _large(share: np.ndarray) -> bool:
+    return bool(np.mean(share > 0.5 * share.max()) >= FEW)
 
 
 def _white(one: Left, heights: np.ndarray) -> bool:
