@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import re
 from pathlib import Path
 
 import jax.numpy as jnp
@@ -656,8 +657,8 @@ def told(verdict: str, tied: tuple[str, ...] = (), usable: bool = True) -> dict:
         "held_exact": [{"name": "S_Pl", "says": "S_Pl = 44.2 cm^2"}], "set_aside": [],
         "noise": [
             {"sensor": "load,A", "unit": "N", "sd": 151.6, "sheet_sd": 147.5, "counts": 0.25,
-             "degrees_of_freedom": dof}
-            for dof in (None, 4.0)
+             "degrees_of_freedom": dof, "sd_least": least, "sd_greatest": greatest}
+            for dof, least, greatest in ((None, None, None), (4.0, 140.0, 280.0))
         ],
         "checks": [{"name": "residuals", "ok": usable, "says": "as large as they are"}],
         "laws": list(one.values()),
@@ -688,6 +689,7 @@ def test_the_section_says_what_the_comparison_says():
         assert html == page_of(spec, made)
         assert "Gaussian" in html
         assert "heavy tails: Student's, 4 degrees of freedom" in html.replace("&#39;", "'")
+        assert len(re.findall(r"grows with the reading, from 140\sN to 280\sN", html)) == 1
 
 
 def test_a_next_record_that_is_not_enough_says_so():

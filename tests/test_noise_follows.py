@@ -20,8 +20,8 @@ def fit(residual: np.ndarray) -> LocalFit:
     )
     layout = object.__new__(Layout)
     floor = np.full(len(NUMBER), SIGMA)
-    weight = np.ones(len(NUMBER))
-    vars(layout).update(channels=channels, channel=NUMBER, floor=floor, weight=weight)
+    even = {"weight": np.ones(len(NUMBER)), "loud": np.ones(len(NUMBER))}
+    vars(layout).update(channels=channels, channel=NUMBER, floor=floor, **even)
     known = np.full(len(NUMBER), SIGMA**-2.0)
     local = object.__new__(LocalFit)
     terms = Terms(-0.5 * known * residual**2, residual * known, known)
@@ -96,3 +96,18 @@ def test_channels_that_say_nothing_count_for_nothing():
     still = fit(np.where(NUMBER == 0, left, 0.0))
     assert log_likelihood(one) == pytest.approx(log_likelihood(still))
     assert log_likelihood(both) != pytest.approx(log_likelihood(one))
+
+
+def test_noise_that_is_known_to_be_louder_somewhere_says_as_much_as_even_noise():
+    """Where it is taken for even, what it leaves there looks as if it said less of all the rest."""
+    left, louder = noise(0.0, 11), np.where(PLACE > 0.5 * PLACE.max(), 5.0, 1.0)
+    ripple = np.sin(0.3 * PLACE) * (louder == 1.0)
+    ripple *= 10.0 * SIGMA / np.linalg.norm(ripple)
+    gains = {}
+    for known in (True, False):
+        two = [fit(one * louder) for one in (left + ripple, left)]
+        for one in two:
+            vars(one.layout).update(loud=louder**2 if known else np.ones(len(louder)))
+        gains[known] = log_likelihood(two[1]) - log_likelihood(two[0])
+    assert gains[True] == pytest.approx(50.0, abs=30.0)  # as in the first test
+    assert gains[False] < 0.5 * gains[True]

@@ -33,7 +33,7 @@ def read(exact: np.ndarray, noise: np.ndarray, step: float) -> tuple[Codes, Expl
     score = np.stack([np.asarray(one.slope) for one in each], axis=1)
     curvature = -np.asarray(each[reach].curvature)
     one = np.ones(1)
-    codes = Codes((np.arange(n),), one, step * one, residual, curvature, score, one)
+    codes = Codes((np.arange(n),), np.ones(n), step * one, residual, curvature, score, one)
     nothing = np.zeros((n, 0))
     around = Explaining(
         score[:, reach], curvature, (nothing,), np.zeros((0, 0)), *(np.zeros(0),) * 3
@@ -83,7 +83,8 @@ def test_noise_that_swings_and_that_no_converter_rounds_swings_in_all_campaigns(
     noise = lfilter([1.0], [1.0, *-pull], rng.standard_normal(samples + 500))[500:]
     every, one = [np.ones(samples, dtype=bool)], np.ones(1)
     nothing = np.zeros((samples, 0))
-    codes = Codes((np.arange(samples),), one, 0.0 * one, noise, every[0] * 1.0, nothing, one)
+    even = np.ones(samples)
+    codes = Codes((np.arange(samples),), even, 0.0 * one, noise, even, nothing, one)
     around = Explaining(noise, np.ones(samples), (nothing,), np.zeros((0, 0)), *(np.zeros(0),) * 3)
     own = left_by(around, every, every[0], codes)[0]
     (only,) = drawn(Told(own, None, ()), False, rng)
@@ -118,13 +119,11 @@ def test_noise_of_which_the_records_say_little_is_drawn_with_laws_as_unlike_as_t
     """
     samples, campaigns, level = 150, 400, 0.02
     every = [np.ones(samples, dtype=bool)]
-    one = np.ones(1)
+    one, even = np.ones(1), np.ones(samples)
     below = {"drawn": 0, "likeliest": 0}
     for seed in range(campaigns):
         noise = lasting(np.random.default_rng([30, seed]), samples)
-        codes = Codes(
-            (np.arange(samples),), one, 0.0 * one, noise[:, 0], np.ones(samples), noise, one
-        )
+        codes = Codes((np.arange(samples),), even, 0.0 * one, noise[:, 0], even, noise, one)
         nothing = np.zeros((samples, 0))
         around = Explaining(
             noise[:, 0], np.ones(samples), (nothing,), np.zeros((0, 0)), *(np.zeros(0),) * 3

@@ -306,8 +306,8 @@ def _calibration(every: Sequence[Judged], known: Known) -> str:
         "## Calibration\n\nProbability of what is said first against how often it is right, in "
         "runs that ended well. That of a name is that of all causes which leave the same trace. "
         "The populations have nothing hidden or a cause that is strong. The probability that "
-        "nothing is missing counts causes of any size, those too weak to be seen among them: so here it "
-        "should be right more often than stated, and no bar is set for it.\n"
+        "nothing is missing counts causes of any size, those too weak to be seen among them: so "
+        "here it should be right more often than stated, and no bar is set for it.\n"
     ]
     for title, sorts, missing in (
         ("Something is missing, the catalogue complete", (COMPLETE, CATALOGUED), True),
