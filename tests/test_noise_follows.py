@@ -100,7 +100,7 @@ def test_channels_that_say_nothing_count_for_nothing():
 
 def test_noise_that_is_known_to_be_louder_somewhere_says_as_much_as_even_noise():
     """Where it is taken for even, what it leaves there looks as if it said less of all the rest."""
-    left, louder = noise(0.0, 11), np.where(PLACE > 0.5 * PLACE.max(), 5.0, 1.0)
+    left, louder = noise(0.0, 11), np.where(0.5 * PLACE.max() < PLACE, 5.0, 1.0)
     ripple = np.sin(0.3 * PLACE) * (louder == 1.0)
     ripple *= 10.0 * SIGMA / np.linalg.norm(ripple)
     gains = {}
