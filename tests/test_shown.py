@@ -17,6 +17,7 @@ from rigid.discovery.unmodelled.inputs import Input
 from rigid.discovery.unmodelled.straight import straight
 from rigid.discovery.weighing.explain import PRIOR_NOTHING, PRIOR_UNNAMED, Explained, bundles_of
 from rigid.discovery.weighing.odds import MIMICS, Odds
+from rigid.discovery.weighing.verdict import is_missing
 from rigid.effects import CATALOGUE
 from rigid.inference.settled import Settled
 from rigid.likelihood.priors import Normal
@@ -336,6 +337,21 @@ def test_an_effect_that_fails_a_check_is_told_with_its_reason_and_not_named():
     [what] = dict(lead(outcome, None))["What is it?"]
     assert "(probability 0.70) but is not named: the gap grows with it" in what
     assert "Missing:" not in ruling(outcome)
+
+
+@pytest.mark.parametrize(
+    ("nothing", "p_value", "said"),
+    [
+        (0.01, 0.0029, True),
+        (0.2, 0.0029, True),
+        (0.01, 0.003, False),  # chance alone leaves as much too often
+        (0.3, 0.0029, False),  # hardly three to one, and not as rare as it then has to be
+        (0.4, 0.001, True),
+        (0.51, 0.0001, False),  # nothing is likelier
+    ],
+)
+def test_the_less_odds_say_the_rarer_by_chance_what_is_missing_has_to_be(nothing, p_value, said):
+    assert is_missing(nothing, p_value) is said
 
 
 @pytest.mark.parametrize(("nothing", "says"), [(0.6, "Nothing is missing"), (0.3, "do not decide")])

@@ -13,8 +13,7 @@ from rigid.discovery.turn import Absorption, Running, Turn, first_turn
 from rigid.discovery.weighing.discrepancy import borne, in_another_form, moderated
 from rigid.discovery.weighing.explain import UNNAMED, Explained
 from rigid.discovery.weighing.odds import Odds
-from rigid.discovery.weighing.verdict import SURE_NAME, verdict_of
-from rigid.inference.summary import FALSE_ALARMS
+from rigid.discovery.weighing.verdict import SURE_NAME, is_missing, verdict_of
 from rigid.likelihood.priors import AbstractPrior
 from rigid.likelihood.problem import Problem
 from rigid.localfit.families import Effects
@@ -24,9 +23,6 @@ from rigid.localfit.screening import Screening
 from rigid.localfit.settled import below, state_of
 from rigid.localfit.where import where_shown
 
-AGAINST = 0.25
-"""Something is missing where the probability of nothing is below this, three to one against it, and
-where as much is found in fewer than FALSE_ALARMS of campaigns in which nothing is."""
 LIKELY = 0.02
 """Least probability of an effect that is told as an alternative."""
 MOST_STEPS = 3
@@ -151,7 +147,7 @@ def most_left(said: Odds) -> float:
 
 
 def _missing(found: Explained, said: Odds) -> bool:
-    return said.nothing < AGAINST and found.p_value < FALSE_ALARMS
+    return is_missing(said.nothing, found.p_value)
 
 
 def _step(turn: Turn, said: Odds, refits: dict[str, Refit]) -> Step:

@@ -41,9 +41,10 @@ The [benchmark of discovery](discovery.md) is held against this. The observer kn
 all priors and the noise, and its world is the one that the reckoning assumes: readings change in
 proportion to amplitudes, laws are exact, noise is Gaussian. There the odds are the posterior. It
 searches the same shapes, places and hidden things as `rigid discover` does and calls an alarm by
-the same rule (nothing is less likely than one in four, and fewer than 0.3 % of campaigns without
-anything leave as much), so that its false alarms are as many. Signatures are those of campaigns of
-the generator; all of it is simulated. Effects with a line whose frequency is searched are left out.
+the same rule (nothing is less likely than something, fewer than 0.3 % of campaigns without anything
+leave as much, and that share times the odds for nothing is below 0.001), so that its false alarms
+are as many. Signatures are those of campaigns of the generator; all of it is simulated. Effects
+with a line whose frequency is searched are left out.
 
 `python tests/studies/ideal_observer.py --campaigns {campaigns}`, code of {commit} ({date}):
 {draws} draws.
@@ -112,8 +113,7 @@ def said(outcome: "Outcome", number: int, strength: float, noise: np.ndarray, se
     from rigid.discovery.weighing.explain import explain
     from rigid.discovery.weighing.odds import odds
     from rigid.discovery.weighing.pairs import pairs
-    from rigid.discovery.workflow import AGAINST
-    from rigid.inference.summary import FALSE_ALARMS
+    from rigid.discovery.weighing.verdict import is_missing
 
     found, screening = outcome.last, outcome.last.screening
     one = found.listed[number]
@@ -126,7 +126,7 @@ def said(outcome: "Outcome", number: int, strength: float, noise: np.ndarray, se
     )
     told = odds(weighed, both=pairs(weighed))
     chances = dict(told.probability)
-    alarm = bool(told.nothing < AGAINST and weighed.p_value < FALSE_ALARMS)
+    alarm = is_missing(told.nothing, weighed.p_value)
     first = max(chances, key=lambda name: chances[name])
     return {
         "alarm": alarm,

@@ -9,6 +9,7 @@ from rigid.discovery.outcome import Outcome, Step
 from rigid.discovery.refit import Refit
 from rigid.discovery.turn import Absorption
 from rigid.discovery.weighing.explain import NOTHING, UNNAMED, Explained
+from rigid.discovery.weighing.verdict import LIKELIER
 from rigid.discovery.workflow import LIKELY
 from rigid.localfit.leave_one_out import gap
 from rigid.plots import metrology
@@ -19,8 +20,6 @@ from rigid.report.discovery.words import called, introduced, meanings
 
 NEXT = "What next?"
 TOLD_MOVES = 3
-EVEN = 0.5
-"""Probability of nothing from which on it is likelier than that something is missing."""
 SHOWN = 5.0
 """Strength at which an effect is told to have shown."""
 
@@ -28,7 +27,7 @@ SHOWN = 5.0
 def ruling(outcome: Outcome) -> str:
     """The verdict in a sentence."""
     if not outcome.steps:
-        if outcome.last_probability[NOTHING] < EVEN:
+        if outcome.last_probability[NOTHING] < LIKELIER:
             return "These records do not decide whether something is missing."
         return "Nothing is missing that these records show."
     first = outcome.steps[0]
