@@ -41,8 +41,8 @@ The [benchmark of discovery](discovery.md) is held against this. The observer kn
 all priors and the noise, and its world is the one that the reckoning assumes: readings change in
 proportion to amplitudes, laws are exact, noise is Gaussian. There the odds are the posterior. It
 searches the same shapes, places and hidden things as `rigid discover` does and calls an alarm by
-the same rule, so that its false alarms are as many. Signatures are those of campaigns of the generator; all of it is simulated. Effects
-with a line whose frequency is searched are left out.
+the same rule, so that its false alarms are as many. Signatures are those of campaigns of the
+generator; all of it is simulated. Effects with a line whose frequency is searched are left out.
 
 `python tests/studies/ideal_observer.py --campaigns {campaigns}`, code of {commit} ({date}):
 {draws} draws.
