@@ -43,7 +43,8 @@ class Layout:
 
     - `problem`: whose pieces they are.
     - `channels`; `channel` (n,): number of each sample's channel. - `time` (n,) [s].
-    - `weight` (n,): 0 where nothing was read, below 1 where a sample is less than one fact.
+    - `weight` (n,): 0 where nothing was read, below 1 where a sample is less than one fact, above
+      where it is quieter than its sensor's usually are.
     - `tails`: degrees of freedom of the noise, by quantity, where the weights take it for
       Student's. - `loud` (n,): variance of a sample's noise over that of its sensor.
     """

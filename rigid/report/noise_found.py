@@ -14,9 +14,9 @@ def noise_found(local: LocalFit) -> list[dict[str, Any]]:
     - `local`: a fit whose samples have been weighed.
 
     `sd` and `sheet_sd`: of a sample, as found and by the sheet. `sd_least`, `sd_greatest`: where
-    noise grows with the reading, and `sd` is that of an average fact. `counts`: how many
-    independent samples one stands for, on average. `degrees_of_freedom`: of Student's law, where
-    tails are heavy.
+    noise grows with the reading; `sd` squared then is the harmonic mean of the variances. `counts`:
+    how many independent samples one stands for, on average. `degrees_of_freedom`: of Student's law,
+    where tails are heavy.
     """
     layout, problem = local.layout, local.layout.problem
     sigma = local.hypothesis.sigmas(local.z_noise)

@@ -5,16 +5,23 @@ Technometrics 37, 176-184). Where it is taken for even, samples of large reading
 they are as far off as a missing effect would leave them.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
 from scipy.interpolate import CubicSpline
 
-from rigid.likelihood.correlation import LEAST_SAMPLES, noise_law
+from rigid.likelihood.correlation import noise_law
 from rigid.likelihood.set_aside import Readings
-from rigid.localfit.noise.tails import GAUSS, Counted, Law, step_of, student_law
+from rigid.localfit.noise.tails import (
+    GAUSS,
+    Counted,
+    Law,
+    likeliest,
+    student_law,
+    unexplained,
+)
 from rigid.localfit.samples import Layout
 
 TRIED = np.concatenate([[0.0], np.geomspace(0.2, 8.0, 24)])
@@ -65,18 +72,17 @@ def by_growth(
     facts as before.
     """
     out = np.ones(len(residual))
-    for quantity in dict.fromkeys(channel.quantity for channel in layout.channels):
+    channels = unexplained(layout, readings, residual, good)
+    for quantity in dict.fromkeys(one.quantity for one in channels):
         numbers = [i for i, one in enumerate(layout.channels) if one.quantity == quantity]
         mine = np.isin(layout.channel, numbers)
         share = np.abs(reading) / max(float(np.abs(reading[mine]).max()), 1e-300)
-        tracks: dict[str, list[Left]] = {}
-        for number in numbers:
-            rows = np.flatnonzero((layout.channel == number) & good)
-            if len(rows) >= LEAST_SAMPLES:
-                unit, step = step_of(readings, rows)
-                left = Left(residual[rows] / unit, score[rows], share[rows], step)
-                tracks.setdefault(layout.channels[number].track, []).append(left)
-        if growth := growth_of(tracks):
+        records = [
+            Left(one.residual, score[one.rows], share[one.rows], one.step)
+            for one in channels
+            if one.quantity == quantity
+        ]
+        if growth := growth_of(records):
             variance = _variance(share, growth)
             for sensor in np.unique(layout.sensor[mine & good]):
                 some = mine & (layout.sensor == sensor)
@@ -84,35 +90,26 @@ def by_growth(
     return out
 
 
-def growth_of(tracks: Mapping[str, Sequence[Left]]) -> float:
-    """How noise of some records' channels grows, as in TRIED; 0 where it does not.
+def growth_of(records: Sequence[Left]) -> float:
+    """How noise of a quantity grows, as in TRIED; 0 where it does not.
 
-    - `tracks`: channels of each record.
+    - `records`: the channel of each.
 
     How noise grows is a matter of a quantity's sensors: with any one record left out it has to grow
     still. Channels that are not white are not asked, for what is missing leaves more where more is
     read, too, and neighbours that resemble each other; nor are those of few large readings.
     """
-    return _growth_of(tracks, LAWS) if _growth_of(tracks, LAWS[:1]) else 0.0
+    asked = [one for one in records if _large(one.share)]
+    return _growth_of(asked, LAWS) if _growth_of(asked, LAWS[:1]) else 0.0
 
 
-def _growth_of(tracks: Mapping[str, Sequence[Left]], laws: Sequence[Law]) -> float:
-    found, read = [], 0
-    for some in tracks.values():
-        each = [(one, _heights(one, laws)) for one in some if _large(one.share)]
-        asked = [heights for one, heights in each if _white(one, heights)]
-        if asked:
-            found.append(np.sum(asked, axis=0))
-            read += sum(len(one.residual) for one in some)
-    if not found:
+def _growth_of(records: Sequence[Left], laws: Sequence[Law]) -> float:
+    each = [(one, _heights(one, laws)) for one in records]
+    white = [(one, heights) for one, heights in each if _white(one, heights)]
+    if not white:
         return 0.0
-    heights = np.array(found)
-    total = heights.sum(axis=0)
-    chosen = 1 + int(np.argmax(total.max(axis=0)[1:]))
-    without = total - (heights if len(found) > 1 else 0.0 * heights)
-    best = without.max(axis=1)  # by record left out and growth
-    gains = best[:, chosen] - best[:, 0]
-    return float(TRIED[chosen]) if gains.min() > 0.5 * np.log(read) else 0.0
+    read = sum(len(one.residual) for one, _ in white)
+    return float(TRIED[likeliest(np.array([heights.T for _, heights in white]), read)])
 
 
 def _large(share: np.ndarray) -> bool:

@@ -145,11 +145,24 @@ def tails(tracks: Mapping[str, Sequence[Counted]]) -> float | None:
         [[sum(one.heights(law) for one in some) for law in laws] for some in tracks.values()]
     )
     read = sum(len(one.at) for some in tracks.values() for one in some)
-    without = heights.sum(axis=0) - (heights if len(tracks) > 1 else 0.0 * heights)
+    chosen = likeliest(heights, read)
+    return TRIED[chosen - 1] if chosen else None
+
+
+def likeliest(heights: np.ndarray, read: int) -> int:
+    """Number of the law of noise that records ask for; 0, the first, unless all of them do.
+
+    - `heights` (records, laws, settings): log-likelihoods; of the settings each law has its best. -
+      `read`: samples in all.
+
+    With any one record left out the law has to gain more than the first by the price of a number.
+    """
+    total = heights.sum(axis=0)
+    without = total - (heights if len(heights) > 1 else 0.0 * heights)
     best = without.max(axis=2)  # by record left out and law
-    chosen = 1 + int(np.argmax(heights.sum(axis=0)[1:].max(axis=1)))
+    chosen = 1 + int(np.argmax(total[1:].max(axis=1)))
     gains = best[:, chosen] - best[:, 0]
-    return TRIED[chosen - 1] if gains.min() > 0.5 * np.log(read) else None
+    return chosen if gains.min() > 0.5 * np.log(read) else 0
 
 
 def by_tails(
@@ -171,7 +184,7 @@ def by_tails(
     there are tails: what is off for several samples in a row is something that is missing.
     """
     out, found = np.ones(len(residual)), {}
-    channels = _channels(layout, readings, residual, good)
+    channels = unexplained(layout, readings, residual, good)
     for quantity in dict.fromkeys(one.quantity for one in channels):
         mine = [one for one in channels if one.quantity == quantity]
         asked: dict[str, list[Counted]] = {}
@@ -190,7 +203,7 @@ def by_tails(
     return out, found
 
 
-class _Channel(NamedTuple):
+class Unexplained(NamedTuple):
     """What nothing explains of a channel: its rows (m,), residuals (m,) and step, in noise."""
 
     track: str
@@ -200,26 +213,24 @@ class _Channel(NamedTuple):
     step: float
 
 
-def _channels(
+def unexplained(
     layout: Layout, readings: Readings, residual: np.ndarray, good: np.ndarray
-) -> list[_Channel]:
-    """All channels of which enough samples count."""
+) -> list[Unexplained]:
+    """All channels of which enough samples count.
+
+    - `readings`, `residual` (n,), `good` (n,): as of `by_tails`.
+    """
+    noise = np.sqrt(readings.sd**2 - readings.step**2 / 12.0)
     found = []
     for number, channel in enumerate(layout.channels):
         rows = np.flatnonzero((layout.channel == number) & good)
         if len(rows) >= LEAST_SAMPLES:
-            unit, step = step_of(readings, rows)
+            unit = float(noise[rows[0]])
+            step = max(float(readings.step[rows[0]]) / unit, FINEST)
             found.append(
-                _Channel(channel.track, channel.quantity, rows, residual[rows] / unit, step)
+                Unexplained(channel.track, channel.quantity, rows, residual[rows] / unit, step)
             )
     return found
-
-
-def step_of(readings: Readings, rows: np.ndarray) -> tuple[float, float]:
-    """The noise of a channel, whose samples are `rows` (m,), and the converter's step in it."""
-    step = float(readings.step[rows[0]])
-    noise = float(np.sqrt(readings.sd[rows[0]] ** 2 - step**2 / 12.0))
-    return noise, max(step / noise, FINEST)
 
 
 def _clustered(residual: np.ndarray, step: float) -> bool:
