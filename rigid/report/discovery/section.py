@@ -10,6 +10,7 @@ from jaxtyping import Float
 from rigid.plots.shown import HiddenShown
 from rigid.report.content import Content
 from rigid.report.discovery import figures
+from rigid.report.discovery.held_out import Turned
 from rigid.report.section import Kind
 
 KIND = Kind("discovery", 30, "What is missing", "discovery.html.j2", figures)
@@ -90,13 +91,16 @@ class StepContent:
     """One turn: sentences and tables of what was found, added and moved.
 
     - `sentences`. - `odds`: (name, probability, log Bayes factor, how it was found).
-    - `parameters`: (name, meaning, unit, q05, median, q95). - `moved`: quoted numbers.
+    - `turned`: how names turned out that were as sure, and how sure that is in words; None where
+      no name was given first. - `parameters`: (name, meaning, unit, q05, median, q95). - `moved`:
+      quoted numbers.
     - `gaps`: (what, before, after). - `against`, `residuals`, `hidden`: for the figures.
     """
 
     heading: str
     sentences: tuple[str, ...]
     odds: tuple[tuple[str, float, float, str], ...]
+    turned: tuple[str, tuple[Turned, ...]] | None
     parameters: tuple[tuple[str, str, str, float, float, float], ...]
     moved: tuple[Moved, ...]
     gaps: tuple[tuple[str, str, str], ...]
