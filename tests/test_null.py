@@ -85,3 +85,22 @@ def test_the_best_of_many_settings_counts_in_full_however_strong_it_is():
     one = Candidate(CATALOGUE["pump-ripple"], "a", 0.0, prior, {}, log_share=-28.0, chance=chance)
     found = screened(design, np.concatenate([line[:, None], columns], axis=1), score)
     assert explain((one,), targets, found, 0).p_value < 0.01
+
+
+def test_other_records_are_weighed_as_if_for_the_first_time():
+    """What is simulated where nothing is missing does not depend on what records say."""
+    design, columns, targets = records(10.0)
+    prior = make_prior("lognormal", {"median": 1.0, "factor": 10.0}, "a")
+    listed = (Candidate(CATALOGUE["load-cell-drift"], "a", 0.0, prior, {}),)
+    some, other = (
+        screened(design, columns, np.random.default_rng([65, k]).standard_normal(SAMPLES))
+        for k in range(2)
+    )
+    mine = [0, *range(BUMPS * 2)]  # one column stands for the candidate as well
+    some, other = some.only(np.array(mine)), other.only(np.array(mine))
+    fresh = explain(listed, targets, other, 3)
+    again = explain(listed, targets, some, 3).seen(other.slope)
+    assert again.p_value == fresh.p_value != explain(listed, targets, some, 3).p_value
+    np.testing.assert_array_equal(again.candidate, fresh.candidate)
+    np.testing.assert_array_equal(again.bundle, fresh.bundle)
+    np.testing.assert_array_equal(again.screening.slope, other.slope)

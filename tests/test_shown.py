@@ -69,7 +69,7 @@ def found(hidden: Bumps, change: np.ndarray):
     bundles = bundles_of(hidden.target, 0, screening.information)
     logs = np.array([b.log_bayes(screening.slope) for _, b in bundles])
     none = np.zeros(0)
-    explained = Explained((), screening, none, bundles, logs, 0.001)
+    explained = Explained((), screening, none, bundles, logs, np.zeros(0))
     base = bare(LocalFit, layout=bare(Layout, channels=CHANNELS))
     return explained.inferred(next(iter(explained.hidden)), base, hidden).shown
 
@@ -221,7 +221,7 @@ def test_what_would_have_shown_has_the_strength_that_is_told():
     around = Around(0.0 * trace, bend, np.zeros((len(bend), 1)), np.zeros(1))
     screening = screen(around, columns)
     none = np.zeros(3)
-    told = would_show(Explained(listed, screening, none, (), np.zeros(0), 0.5))
+    told = would_show(Explained(listed, screening, none, (), *(np.zeros(0),) * 2))
     label, size, unit = told["coulomb-friction"].split()
     assert (label, unit) == ("F_C", "N")
     strength = float(size) * np.linalg.norm(trace / NOISE)

@@ -29,6 +29,7 @@ from rows import carry_out, lines_of, of_one_commit
 
 if TYPE_CHECKING:
     from rigid.discovery.outcome import Outcome
+    from rigid.discovery.weighing.explain import Explained
 
 FIRST_SEED = 995_000
 """No other study has seeds from here on."""
@@ -99,29 +100,24 @@ def drawn(outcome: "Outcome", seed: int) -> Iterator[dict]:
         mine = [i for i in mine if found.screening.information[i, i] > 0.0]
         for strength in STRENGTHS if mine else ():
             for _ in range(DRAWS):
-                told = said(outcome, int(rng.choice(mine)), strength, next(noise), seed)
+                told = said(found, int(rng.choice(mine)), strength, next(noise))
                 yield {"effect": name, "strength": strength} | told
 
 
-def said(outcome: "Outcome", number: int, strength: float, noise: np.ndarray, seed: int) -> dict:
+def said(found: "Explained", number: int, strength: float, noise: np.ndarray) -> dict:
     """What the observer says of a candidate at a strength.
 
     - `number`: of the candidate. - `noise` (k,): slopes where nothing is missing.
     """
-    from rigid.discovery.weighing.explain import explain
     from rigid.discovery.weighing.odds import odds
     from rigid.discovery.weighing.pairs import pairs
     from rigid.discovery.weighing.verdict import is_missing
 
-    found, screening = outcome.last, outcome.last.screening
-    one = found.listed[number]
+    one, screening = found.listed[number], found.screening
     # The sign that its prior allows: that of the amplitude one prior sd up.
     sign = np.sign(one.departure(1.0)) or 1.0
     amplitude = sign * strength / screening.size[number]
-    slope = noise + screening.information[:, number] * amplitude
-    weighed = explain(
-        found.listed, outcome.bench.bumps.target, screening._replace(slope=slope), seed
-    )
+    weighed = found.seen(noise + screening.information[:, number] * amplitude)
     told = odds(weighed, both=pairs(weighed))
     chances = dict(told.probability)
     alarm = is_missing(told.nothing, weighed.p_value)

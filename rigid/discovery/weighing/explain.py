@@ -51,7 +51,7 @@ class Explained:
     - `listed`: candidates. - `screening`: of them and of all that is hidden, in that order.
     - `candidate`: log Bayes factor of each. - `bundles`, `bundle`: hidden things, and the log Bayes
       factor of each.
-    - `p_value`: how often as much is found where nothing is missing.
+    - `null` (draws,): log of the evidence for anything at all where nothing is missing.
     """
 
     listed: tuple[Candidate, ...]
@@ -59,7 +59,25 @@ class Explained:
     candidate: Float[np.ndarray, " c"]
     bundles: tuple[Bundled, ...]
     bundle: Float[np.ndarray, " b"]
-    p_value: float
+    null: Float[np.ndarray, " draws"]
+
+    @cached_property
+    def p_value(self) -> float:
+        """How often as much is found where nothing is missing."""
+        # As it stands for the records: curves over the strength end where chance does.
+        exact = {i: self.candidate[[i]] for i in range(len(self.listed))}
+        here = _totals(self, self.screening.slope[None], exact)[0]
+        return float((1 + np.sum(self.null >= here)) / (1 + len(self.null)))
+
+    def seen(self, slope: Float[np.ndarray, " k"]) -> "Explained":
+        """Weigh the same of records that leave other slopes (k,) of all signatures."""
+        screening = self.screening._replace(slope=slope)
+        return dataclasses.replace(
+            self,
+            screening=screening,
+            candidate=_of_candidates(self.listed, screening),
+            bundle=_of_bundles(self.bundles, screening),
+        )
 
     @cached_property
     def effects(self) -> dict[str, float]:
@@ -134,21 +152,24 @@ def explain(
     seed: int,
 ) -> Explained:
     """Weigh all candidates and bumps; their signatures are screened in that order."""
-    count = len(listed)
-    diagonal = np.diag(screening.information)
-    candidate = np.array([one.log_share for one in listed])
-    for members, departures in of_one_law(listed):
-        candidate[members] += log_bayes(screening.slope[members], diagonal[members], departures)
-    bundles = bundles_of(targets, count, screening.information)
-    bundle = np.array([float(b.log_bayes(screening.slope)) + t.log_share for t, b in bundles])
-    found = Explained(listed, screening, candidate, bundles, bundle, 1.0)
+    bundles = bundles_of(targets, len(listed), screening.information)
+    candidate, bundle = _of_candidates(listed, screening), _of_bundles(bundles, screening)
+    found = Explained(listed, screening, candidate, bundles, bundle, np.zeros(0))
     drawn = null_draws(screening.information, seed)
     best_waves(drawn, bundles, seed)
-    null = _totals(found, drawn, by_chance(listed, seed))
-    # As it stands for the records: curves over the strength end where chance does.
-    exact = {i: candidate[[i]] for i in range(count)}
-    here = _totals(found, screening.slope[None], exact)[0]
-    return dataclasses.replace(found, p_value=float((1 + np.sum(null >= here)) / (1 + len(null))))
+    return dataclasses.replace(found, null=_totals(found, drawn, by_chance(listed, seed)))
+
+
+def _of_candidates(listed: Sequence[Candidate], screening: Screening) -> np.ndarray:
+    diagonal = np.diag(screening.information)
+    out = np.array([one.log_share for one in listed])
+    for members, departures in of_one_law(listed):
+        out[members] += log_bayes(screening.slope[members], diagonal[members], departures)
+    return out
+
+
+def _of_bundles(bundles: Sequence[Bundled], screening: Screening) -> np.ndarray:
+    return np.array([float(b.log_bayes(screening.slope)) + t.log_share for t, b in bundles])
 
 
 def null_draws(information: np.ndarray, seed: int) -> np.ndarray:
