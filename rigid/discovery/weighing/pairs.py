@@ -114,10 +114,18 @@ def _with(
     a = amplitudes(found.listed[first].prior, found.listed[first].absent)
     alone = slope[first] * a - 0.5 * information[first, first] * a**2 + LOG_MASS
     alone = alone + found.listed[first].log_share
-    left = (slope[others] - np.outer(a, information[first, others])) / size
-    place = np.clip((left / reach + 1.0) * 0.5 * (POINTS - 1), 0.0, POINTS - 1.000001)
-    below = place.astype(int)
-    share = place - below
-    which = np.arange(len(others))
-    gain = (1.0 - share) * curves[which, below] + share * curves[which, below + 1]
-    return np.asarray(logsumexp(alone[:, None] + gain, axis=0))
+    # Places of what is left of the second slope on its curve; in place, for there are many.
+    half = 0.5 * (POINTS - 1)
+    per = half / (size * reach)
+    gain = np.outer(a, -information[first, others] * per)
+    gain += slope[others] * per + half
+    np.clip(gain, 0.0, POINTS - 1.000001, out=gain)
+    below = gain.astype(np.int32)
+    gain -= below
+    below += np.arange(len(others), dtype=np.int32) * POINTS
+    gain *= np.diff(curves, axis=1, append=0.0).take(below)
+    gain += curves.take(below)
+    gain += alone[:, None]
+    most = gain.max(axis=0)
+    gain -= most
+    return most + np.log(np.exp(gain, out=gain).sum(axis=0))
