@@ -35,7 +35,7 @@ def explained(slope: np.ndarray, information: np.ndarray, bumps: int = 0) -> Exp
     hidden = (Input("force", "speed"),) * max(bumps, 1)
     bundles = bundles_of(hidden, len(LAWS) if bumps else 0, information)
     bundle = np.array([float(b.log_bayes(slope)) for _, b in bundles])
-    return Explained(listed, Screening(slope, information), candidate, bundles, bundle, 1e-3)
+    return Explained(listed, Screening(slope, information), candidate, bundles, bundle, np.zeros(0))
 
 
 def information(cosine: float) -> np.ndarray:
