@@ -75,7 +75,7 @@ def test_every_number_of_a_record_is_released_once_all_its_cylinders_are_out(mod
 
 
 def test_one_more_record_has_its_own_angle_of_the_pump(model: Hypothesis):
-    own = {model.labels[i] for i in model.of_track("free-run-1,A")}
+    own = {p.label for p in model.parameters if p.is_own("free-run-1", "A")}
     assert own == OWN["free-run-1,A",] | {"pump_angle[free-run-1]"}
 
 

@@ -158,11 +158,6 @@ class Hypothesis:
         own = [[p.is_own(*place) for place in places] for p in self.parameters]
         return np.array(own, dtype=bool).reshape(len(own), len(places))
 
-    def of_track(self, label: str) -> list[int]:
-        """Entries of w that one more record like a track would have anew."""
-        track = self.problem.track(label)
-        return [i for i, p in enumerate(self.parameters) if p.is_own(track.name, track.cylinder)]
-
     def sensors(self, w: np.ndarray) -> np.ndarray:
         """Gains and zeros on their standard scale (sensors, 2)."""
         return np.asarray(w)[self._ends].reshape(-1, 2)
