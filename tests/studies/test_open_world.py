@@ -6,7 +6,7 @@ import sys
 import open_world
 import pytest
 from open_world import FIRST_SEED, cases, origin, truths
-from open_world_page import page
+from open_world_page import Held, held, page
 from rows import OneCode, lines_of
 from second_simulator import POPULATIONS
 from second_simulator.campaign import SHAPES
@@ -87,27 +87,50 @@ def test_truths_take_friction_with_memory_together():
     assert known["abs_mu[80 Hz]"] < 2.1e4
 
 
-def test_the_page_keeps_populations_apart_and_tells_refusals():
-    entry = {"median": 1.1, "sd": 0.1, "q05": 0.9, "q95": 1.3, "truth": 1.0}
+ENTRY = {"median": 1.1, "sd": 0.1, "q05": 0.9, "q95": 1.3, "truth": 1.0}
+MISSED = ENTRY | {"median": 1.4, "q05": 1.2, "q95": 1.6}
+
+
+def fit(number: int, population: str, usable: bool = True, **more: dict) -> dict:
     names = ("k_LC", "k_oil", "mu", "abs_mu[0.01 Hz]", "abs_mu[80 Hz]", "kappa[run-1,A]")
-    table = dict.fromkeys((*names, "release_time[snap-1,A]"), entry)
+    table = dict.fromkeys((*names, "kappa[run-1,B]", "release_time[snap-1,A]"), ENTRY)
     answer = {
-        "usable": False, "gap": 1.2, "parameters": table,
-        "checks": [["residuals", False, "large"]],
+        "usable": usable, "gap": 1.2, "parameters": table | more,
+        "checks": [["residuals", usable, "large"]],
         "channels": [{"record": "snap-1,A", "quantity": "acceleration", "gap": 3.0, "lag_1": 0.1,
                       "largest": [[0.04, 60.0]], "without_largest": 1.0}],
     }  # fmt: skip
-    row = {
-        "case": {"number": 0, "population": "plain", "seed": 7}, "commit": "abc", "scale": 1.02,
-        "starts": 16, "straps": [], "answer": answer, "nearest": None,
+    return {
+        "case": {"number": number, "population": population, "seed": 7}, "commit": "abc",
+        "scale": 1.25, "starts": 16, "straps": [], "answer": answer, "nearest": None,
+        "core_s": 20.0, "command": "study --of fits",
     }  # fmt: skip
-    refused = row | {
-        "case": {"number": 1, "population": "hum", "seed": 7},
-        "answer": {"refused": "too short\nmore"},
-    }
-    text = page(OneCode([row, refused], "abc", "", {"old": 2}), "Seeds of a test.")
-    assert "code of abc. 2 rows of other commits are left out." in text
-    assert "| plain | 1 of 1 | 16 | 0 | 1.200-1.200 | 1 of 1, +1.0 |" in text
-    assert "residuals" in text
+
+
+def test_the_page_keeps_populations_apart_and_tells_refusals():
+    refused = fit(1, "hum") | {"answer": {"refused": "too short\nmore"}}
+    rows = [fit(0, "plain", usable=False), refused, fit(2, "jitter")]
+    text = page(OneCode(rows, "abc", "2026-12-01T", {"old": 2}), "Seeds of a test.")
+    assert "`study --of fits`, code of abc of 2026-12-01. 2 rows of other commits" in text
+    assert "| plain | 1 of 1 | 0 | 1.200-1.200 | 100.00 | residuals | 20 |" in text
+    assert "| plain | 0 |" + " - |" * 8 in text  # what is not usable holds nothing
+    assert "| jitter | 1 | 100 (1.00) |" in text
     assert "refused: too short" in text
-    assert "+60.0 at 0.0400 s" in text
+    assert text.count("+60.0 at 0.0400 s") == 2
+
+
+def test_coverage_counts_campaigns_and_the_share_of_what_they_have_several_of():
+    """Of 20 campaigns 15 to 20 hold the truth where 90 % do, in 95 % of the cases."""
+    rows = [fit(i, "plain", k_LC=MISSED) for i in range(6)]
+    rows += [fit(i, "plain", **{"kappa[run-1,B]": MISSED}) for i in range(6, 20)]
+    whole = held(rows, "k_LC")
+    assert whole == Held(20, 0.7, whole.distance, False)
+    assert whole.distance == pytest.approx(((6 * 16 + 14) / 20) ** 0.5)
+    assert held(rows, "mu") == Held(20, 1.0, pytest.approx(1.0), True)
+    assert held(rows, "kappa").share == pytest.approx((6 + 14 * 0.5) / 20)
+    # with the truth's pump the truth is 1.25: 1.1 is 1.5 sds below it, and 1.4 as far above
+    assert held(rows, "kappa q") == Held(20, 1.0, pytest.approx(1.5), True)
+    assert held([], "mu") is None
+    text = page(OneCode(rows, "abc", "", {}), "")
+    assert "| plain | 20 | **70 (2.35)** | 100 (1.00) |" in text
+    assert "2 of 8 shares lie outside" in text
