@@ -126,14 +126,15 @@ def fitted(spec: Path, truth: dict, seed: int) -> dict:
     known, table = truths(truth), {}
     for row in found.result.parameters:
         s = row.summary
-        stands = {"median": s.median, "sd": s.sd, "q05": s.q05, "q95": s.q95}
-        table[row.name] = stands | {"truth": known.get(row.name)}
+        if row.name in known:
+            stands = {"median": s.median, "sd": s.sd, "q05": s.q05, "q95": s.q95}
+            table[row.name] = stands | {"truth": known[row.name]}
     return {
         "usable": found.usable,
         "checks": [[c.name, bool(c.ok), c.says] for c in found.checks],
         "gap": found.result.gap.overall,
         "parameters": table,
-        "channels": [channel_row(channel) for channel in found.calibrated.shown],
+        "channels": [channel_row(max(found.calibrated.shown, key=lambda one: one.gap))],
     }
 
 
