@@ -52,14 +52,12 @@ def page(code: OneCode, origin: str) -> str:
     - origin: where the seeds are from.
     """
     left = f" {sum(code.others.values())} rows of other commits are left out." * bool(code.others)
-    commands = " and ".join(
-        dict.fromkeys(f"`{row['command']}`" for row in code.rows)
-    ) or "No campaign has been run yet"  # fmt: skip
+    if not code.rows:
+        return f"{HEAD}\n{origin}\n\nNo campaign has been run yet.\n"
+    commands = " and ".join(dict.fromkeys(f"`{row['command']}`" for row in code.rows))
     made = f"{commands}, code of {code.commit} of {code.date[:10]}.{left}\n"
-    parts = [HEAD, f"{origin}\n", made]
-    if code.rows:
-        parts += [_coverage(code.rows), _fits(code.rows), _channels(code.rows)]
-    return "\n".join(parts)
+    sections = [_coverage(code.rows), _fits(code.rows), _channels(code.rows)]
+    return "\n".join([HEAD, f"{origin}\n", made, *sections])
 
 
 def held(fits: Sequence[Row], column: str) -> Held | None:

@@ -7,7 +7,7 @@ from discovery_scores import known_from
 from held_out import STUDIES, Said, counted, of_the_generator, of_the_second, told
 from open_world_truth import CATALOGUED, COMPLETE, OUTSIDE
 
-from rigid.report.discovery.held_out import BANDS, TOLD, band_of, turned_out
+from rigid.report.discovery.held_out import BANDS, TOLD, turned_out
 
 KNOWN = known_from(json.loads((STUDIES / "discovery/lookalikes.json").read_text("utf-8")))
 LEAK, SHUT = "piston-leakage", "shut-valve-leakage"  # twins: a cosine of 0.997
@@ -92,12 +92,12 @@ def test_every_probability_has_a_band_and_its_counts():
     assert BANDS[0][0] == 0.0
     assert BANDS[-1][1] > 1.0
     assert all(high == low for (_, high), (low, _) in pairwise(BANDS))
-    assert [band_of(p) for p in (0.0, 0.5, 0.79, 0.8, 1.0)] == [
+    assert [turned_out(p)[0] for p in (0.0, 0.5, 0.79, 0.8, 1.0)] == [
         *("less than 0.5", "0.5 to 0.8", "0.5 to 0.8"),
         *("0.8 and more", "0.8 and more"),
     ]
     for place, told_at in enumerate((0.3, 0.6, 0.9)):
-        for one, stored in zip(turned_out(told_at), told(), strict=True):
+        for one, stored in zip(turned_out(told_at)[1], told(), strict=True):
             band = stored["bands"][place]
             assert one.simulator == stored["simulator"]
             assert one.listed == (band["listed"]["right"], band["listed"]["named"])

@@ -152,8 +152,8 @@ def tails(tracks: Mapping[str, Sequence[Counted]]) -> float | None:
 def likeliest(heights: np.ndarray, read: int) -> int:
     """Number of the law of noise that records ask for; 0, the first, unless all of them do.
 
-    - `heights` (records, laws, settings): log-likelihoods; of the settings each law has its best. -
-      `read`: samples in all.
+    - `heights` (records, laws, settings): log-likelihoods; of the settings each law has its best.
+    - `read`: samples in all.
 
     With any one record left out the law has to gain more than the first by the price of a number.
     """

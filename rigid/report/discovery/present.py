@@ -18,7 +18,7 @@ from rigid.localfit.leave_one_out import gap
 from rigid.plots.shown import HiddenShown
 from rigid.report.content import BAD, GOOD, RESERVE, Answer, Check, Front, Provenance
 from rigid.report.discovery.compared import Compared, sentence, shown, table
-from rigid.report.discovery.held_out import Turned, band_of, turned_out
+from rigid.report.discovery.held_out import turned_out
 from rigid.report.discovery.lead import (
     NEXT,
     SHOWN,
@@ -192,7 +192,7 @@ def _step(number: int, step: Step, told: dict[str, Any], model: ModelSpec) -> St
         heading=f"Step {number}: {name}",
         sentences=tuple(sentences),
         odds=_odds(step),
-        turned=_turned(step) if number == 1 else None,
+        turned=turned_out(step.probability[name]) if number == 1 and step.chosen else None,
         parameters=tuple(
             (k, means[k], v["unit"], v["q05"], v["median"], v["q95"])
             for k, v in told["parameters"].items()
@@ -253,14 +253,6 @@ def _odds(step: Step) -> tuple[tuple[str, float, float, str], ...]:
         )
         for name in ranked
     )
-
-
-def _turned(step: Step) -> tuple[str, tuple[Turned, ...]] | None:
-    """How names as sure as that of a first step turned out elsewhere."""
-    if step.chosen is None:
-        return None
-    probability = step.probability[step.chosen]
-    return band_of(probability), turned_out(probability)
 
 
 def _told_by(step: Step, name: str) -> str:

@@ -91,7 +91,7 @@ class StepContent:
     """One turn: sentences and tables of what was found, added and moved.
 
     - `sentences`. - `odds`: (name, probability, log Bayes factor, how it was found).
-    - `turned`: how names turned out that were as sure, and how sure that is in words; None where
+    - `turned`: how sure a first name is, in words, and how others as sure turned out; None where
       no name was given first. - `parameters`: (name, meaning, unit, q05, median, q95). - `moved`:
       quoted numbers.
     - `gaps`: (what, before, after). - `against`, `residuals`, `hidden`: for the figures.
