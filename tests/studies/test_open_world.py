@@ -6,7 +6,7 @@ import sys
 import open_world
 import pytest
 from open_world import FIRST_SEED, cases, origin, truths
-from open_world_page import Held, held, page
+from open_world_page import held, page
 from rows import OneCode, lines_of
 from second_simulator import POPULATIONS
 from second_simulator.campaign import SHAPES
@@ -91,11 +91,11 @@ ENTRY = {"median": 1.1, "sd": 0.1, "q05": 0.9, "q95": 1.3, "truth": 1.0}
 MISSED = ENTRY | {"median": 1.4, "q05": 1.2, "q95": 1.6}
 
 
-def fit(number: int, population: str, usable: bool = True, **more: dict) -> dict:
+def fit(number: int, population: str, usable: bool = True, parameters: dict | None = None) -> dict:
     names = ("k_LC", "k_oil", "mu", "abs_mu[0.01 Hz]", "abs_mu[80 Hz]", "kappa[run-1,A]")
     table = dict.fromkeys((*names, "kappa[run-1,B]", "release_time[snap-1,A]"), ENTRY)
     answer = {
-        "usable": usable, "gap": 1.2, "parameters": table | more,
+        "usable": usable, "gap": 1.2, "parameters": table | (parameters or {}),
         "checks": [["residuals", usable, "large"]],
         "channels": [{"record": "snap-1,A", "quantity": "acceleration", "gap": 3.0, "lag_1": 0.1,
                       "largest": [[0.04, 60.0]], "without_largest": 1.0}],
@@ -121,15 +121,19 @@ def test_the_page_keeps_populations_apart_and_tells_refusals():
 
 def test_coverage_counts_campaigns_and_the_share_of_what_they_have_several_of():
     """Of 20 campaigns 15 to 20 hold the truth where 90 % do, in 95 % of the cases."""
-    rows = [fit(i, "plain", k_LC=MISSED) for i in range(6)]
-    rows += [fit(i, "plain", **{"kappa[run-1,B]": MISSED}) for i in range(6, 20)]
-    whole = held(rows, "k_LC")
-    assert whole == Held(20, 0.7, whole.distance, False)
-    assert whole.distance == pytest.approx(((6 * 16 + 14) / 20) ** 0.5)
-    assert held(rows, "mu") == Held(20, 1.0, pytest.approx(1.0), True)
-    assert held(rows, "kappa").share == pytest.approx((6 + 14 * 0.5) / 20)
-    # with the truth's pump the truth is 1.25: 1.1 is 1.5 sds below it, and 1.4 as far above
-    assert held(rows, "kappa q") == Held(20, 1.0, pytest.approx(1.5), True)
+    rows = [fit(i, "plain", parameters={"k_LC": MISSED}) for i in range(6)]
+    rows += [fit(i, "plain", parameters={"kappa[run-1,B]": MISSED}) for i in range(6, 20)]
+    for column, share, distance, inside in (
+        ("k_LC", 0.7, ((6 * 16 + 14) / 20) ** 0.5, False),
+        ("mu", 1.0, 1.0, True),
+        ("kappa", (6 + 14 * 0.5) / 20, ((6 + 14 * (1 + 16) / 2) / 20) ** 0.5, False),
+        # with the truth's pump the truth is 1.25: 1.1 is 1.5 sds below it, and 1.4 as far above
+        ("kappa q", 1.0, 1.5, True),
+    ):
+        found = held(rows, column)
+        assert found is not None
+        assert (found.of, found.inside) == (20, inside)
+        assert (found.share, found.distance) == pytest.approx((share, distance))
     assert held([], "mu") is None
     text = page(OneCode(rows, "abc", "", {}), "")
     assert "| plain | 20 | **70 (2.35)** | 100 (1.00) |" in text
