@@ -13,6 +13,7 @@ from discovery_scores import (
     calibration_error,
     forecaster_band,
     forecasts,
+    lookalike_odds,
     lower,
     parted,
     placed,
@@ -161,10 +162,21 @@ def bars(rows: Sequence[Row], known: Known, names: Sequence[str]) -> str:
             for c in counted(rows, known, names)
         ),
         f"| expected calibration error | 0.05, or in the band, on 500 | {error} | |",
+        _odds_bar(rows, known),
         _coverage_bar(rows),
     ]
     head = "| measure | bar | found | | bounds |"
     return "## The bars\n\n" + table(head, [*lines, *_closure_bars(rows), *_cost_bar(rows)])
+
+
+def _odds_bar(rows: Sequence[Row], known: Known) -> str:
+    odds = lookalike_odds(of(rows, "single"), known)
+    title = "| odds between lookalikes, log score in nats | in the band of a perfect forecaster |"
+    if odds is None:
+        return f"{title} 0 campaigns | - | |"
+    low, high = odds.band
+    found = f"{odds.campaigns} campaigns, {odds.pairs} pairs | {odds.score:.2f}"
+    return f"{title} {found} | {low:.2f}-{high:.2f} |"
 
 
 def _closure_bars(rows: Sequence[Row]) -> list[str]:

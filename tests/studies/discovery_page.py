@@ -51,7 +51,7 @@ simulated by code that shares nothing with the model, most causes in another fun
 left of a cause once all constants are refitted. Bounds are one-sided, 95 %, after Clopper and
 Pearson. All of it is simulated.
 
-`python tests/studies/discovery.py --size {size} --closure`, code of {commits}, {today}:
+`python tests/studies/discovery.py --size {size} --closure`, code of {commits}, page of {today}:
 {done} of {planned} campaigns.
 """
 PICTURES = {

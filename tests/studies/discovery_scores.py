@@ -15,6 +15,8 @@ TOLD_APART = float(norm.ppf(LEVEL))
 """Least s sqrt((1 - c)/2) at which an oracle parts two effects in 95 % of the cases, 1.64."""
 FLOOR = 1e-3
 """A probability of 0 for what was true counts as this in the log score."""
+LOOKALIKE = 0.8
+"""Cosine between the traces of two causes from which on they count as lookalikes."""
 BINS = 10
 FORECASTERS = 2000
 
@@ -148,6 +150,53 @@ def log_scores(rows: Sequence[Mapping]) -> np.ndarray:
             share = sum(given.get(name, 0.0) for name in true_names(row))
             scores.append(-math.log(max(share, FLOOR)))
     return np.array(scores)
+
+
+class Odds(NamedTuple):
+    """How good the odds between lookalikes are: mean log scores in nats, 0 is best.
+
+    - `campaigns`: of one cause that has lookalikes. - `pairs`: of that cause and a lookalike.
+    - `score`: of them all. - `band`: 2.5 and 97.5 % of a perfect forecaster's score.
+    """
+
+    campaigns: int
+    pairs: int
+    score: float
+    band: tuple[float, float]
+
+
+def lookalike_odds(rows: Iterable[Mapping], known: Known, seed: int = 1) -> Odds | None:
+    """Score p / (p + q) of what was hidden, p, and of each lookalike, q; None where there is none.
+
+    - `rows`: of campaigns with one cause, which is in the catalogue. - `seed`: of the forecaster.
+
+    A perfect forecaster's probabilities are right: the cause is drawn from those that were stated,
+    in each campaign. Lookalikes have a cosine of LOOKALIKE and more.
+    """
+    rng, scores, pairs = np.random.default_rng(seed), [], 0
+    drawn, drawn_pairs = np.zeros(FORECASTERS), np.zeros(FORECASTERS)
+    for row in rows:
+        given, true = stated(row["answer"]), row["case"]["hide"][0]
+        names = [name for name in known.names if name in given]
+        if true not in names:
+            continue
+        chance = np.maximum([given[name] for name in names], 1e-300)
+        alike = np.array([[known.cosine(a, b) >= LOOKALIKE for b in names] for a in names])
+        np.fill_diagonal(alike, False)
+        share = chance[:, None] / (chance[:, None] + chance[None, :])
+        score = np.where(alike, -np.log(np.maximum(share, FLOOR)), 0.0).sum(axis=1)
+        causes = rng.choice(len(names), FORECASTERS, p=chance / chance.sum())
+        drawn += score[causes]
+        drawn_pairs += alike.sum(axis=1)[causes]
+        count = int(alike[names.index(true)].sum())
+        if count:
+            pairs += count
+            scores.append(float(score[names.index(true)]))
+    if not pairs:
+        return None
+    levels = [(1.0 - LEVEL) / 2.0, (1.0 + LEVEL) / 2.0]
+    low, high = np.quantile(drawn / np.maximum(drawn_pairs, 1.0), levels)
+    return Odds(len(scores), pairs, sum(scores) / pairs, (float(low), float(high)))
 
 
 def overlap(row: Mapping) -> float | None:

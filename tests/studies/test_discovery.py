@@ -20,6 +20,7 @@ from discovery_scores import (
     forecasts,
     known_from,
     log_scores,
+    lookalike_odds,
     lower,
     overlap,
     parted,
@@ -152,6 +153,35 @@ def test_scores_tell_right_from_wrong():
     assert placed(good) == (False, False)
     put["truth"][0]["parameters"] = {"start": 1.5, "end": 2.5}
     assert overlap(put) == pytest.approx(1 / 3)
+
+
+def test_odds_between_lookalikes_of_a_perfect_forecaster_lie_in_its_band():
+    """Of 40 seeds 34 to 40 lie in the 95 % band, in 99.7 % of the cases; boasts lie outside."""
+    known, inside = known_from(STORED), 0
+    two = ("load-cell-creep", "load-cell-hysteresis")
+    assert known.cosine(*two) > 0.8
+    assert lookalike_odds([], known) is None
+
+    def told(cause: str, first: float) -> dict:
+        answer = {"verdict": "indistinguishable", "steps": []}
+        answer["probabilities"] = {two[0]: first, two[1]: 0.9 - first, "pump-slip": 0.05}
+        return row(Case(0, "single", (cause,), 8.0), answer)
+
+    for seed in range(40):
+        rng = np.random.default_rng([seed, 5])
+        firsts = rng.uniform(0.05, 0.85, 60)
+        causes = [two[int(rng.uniform() > first / 0.9)] for first in firsts]
+        odds = lookalike_odds(map(told, causes, firsts), known)
+        assert odds is not None
+        assert (odds.campaigns, odds.pairs) == (60, 60)
+        inside += odds.band[0] <= odds.score <= odds.band[1]
+        boast = 0.45 + 0.44 * np.sign(firsts - 0.45)
+        boastful = lookalike_odds(map(told, causes, boast), known)
+        assert boastful is not None
+        assert boastful.score > boastful.band[1]
+    assert inside >= 34
+    alone = row(Case(0, "single", ("pump-slip",), 8.0), told(two[0], 0.4)["answer"])
+    assert lookalike_odds([alone], known) is None
 
 
 def test_told_apart_follows_the_cosine():
