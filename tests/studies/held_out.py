@@ -103,7 +103,7 @@ ROUNDS = (
         "discovery/discovery-standard-1020001.*.jsonl",
         of_the_generator,
     ),
-    Round("a second simulator, of the tests", "open_world/discover-1009001-*.jsonl", of_the_second),
+    Round("a second simulator, of the tests", "open_world/discover-1012001-*.jsonl", of_the_second),
 )
 
 
