@@ -3,14 +3,15 @@
 import dataclasses
 
 import pytest
-from test_screening import CHOICE, campaign, found_in
+from test_screening import CHOICE, campaign, fitted, found_in
 
 from rigid.discovery.fitted import Fitted
-from rigid.discovery.refit import NO_LEAD, Lead, lead_of
+from rigid.discovery.refit import NO_LEAD, Lead, contained, lead_of
 from rigid.discovery.rivals import fitted_in_full
 from rigid.discovery.signatures import laid_out
 from rigid.discovery.turn import Running, Turn
 from rigid.discovery.workflow import ahead_of_an_earlier
+from rigid.effects import CATALOGUE
 from rigid.io.cache import NOTHING_KEPT, Shelf
 from rigid.report.discovery.lead import other_laws
 
@@ -115,3 +116,21 @@ def test_a_run_that_goes_on_reads_what_was_given_up_and_what_was_then_led_to_its
     first, again = both(Shelf(tmp_path)), both(Shelf(tmp_path, reads=True))
     assert again == first
     assert len(list(tmp_path.glob("discovery-refit-*"))) == 2
+
+
+@pytest.mark.slow
+def test_a_law_that_the_likeliest_contains_is_fitted_again_from_there():
+    """How far it is behind must not say where its first fit ended."""
+    inner, outer = "coulomb-friction", "stribeck-friction"
+    choice = (CATALOGUE[inner], CATALOGUE[outer])
+    local, programs = fitted(campaign(303, choice[:1], F_C=400.0, presliding=1e-5), choice)
+    fit = Fitted(local, programs)
+    turn = Turn(fit, laid_out(fit, choice, NOTHING_KEPT), Running(0))
+    refits = turn.refits([inner, outer])
+    short = dataclasses.replace(refits[inner], log_bayes=3.0, ahead=outer)
+    assert contained(refits | {inner: short}, outer) == [inner]
+    assert contained(refits | {inner: short}, inner) == []
+    said, led = fitted_in_full(turn, {outer: refits[outer], inner: short})
+    assert led[inner].ahead == ""
+    assert led[inner].log_bayes == pytest.approx(refits[inner].log_bayes, abs=0.5)
+    assert said.probability[inner] > 0.3

@@ -48,8 +48,8 @@ LISTED = ("piston-leakage", "hose-pressure-drop", "clock-offset", "load-cell-dri
 CHOICE = tuple(CATALOGUE[name] for name in LISTED)
 
 
-def campaign(seed: int, **hidden: float) -> Problem:
-    """A free run of the linear rig, in which a hidden effect of the given strength acts."""
+def campaign(seed: int, choice=CHOICE, **hidden: float) -> Problem:
+    """Free runs of the linear rig; one of the effects `choice` acts, of the given strength."""
     tracks = tuple(
         track(f"free-run-{i},A", "free-run", 500, drive=drive(500, (0.5, 3.0), (0, 1, 0)))
         for i in (1, 2)
@@ -70,7 +70,7 @@ def campaign(seed: int, **hidden: float) -> Problem:
     truth = listed.values(jnp.zeros((1, listed.size)))
     truth = truth | {"mu": jnp.asarray([1e6])}
     truth = truth | {k: jnp.asarray([v]) for k, v in (silent | hidden).items()}
-    ideal = SlowGroup(tracks, effects(BASE) + CHOICE).predict(truth)
+    ideal = SlowGroup(tracks, effects(BASE) + choice).predict(truth)
     rng = np.random.default_rng(seed)
     series = {}
     for i, one in enumerate(tracks):
@@ -85,9 +85,9 @@ def listed():
     return candidates(CHOICE, 2)
 
 
-def fitted(problem: Problem) -> tuple[LocalFit, tuple]:
+def fitted(problem: Problem, choice=CHOICE) -> tuple[LocalFit, tuple]:
     """The base model at its best, from the centre of the prior, and its programs."""
-    programs = families(problem, CHOICE)
+    programs = families(problem, choice)
     noise = np.zeros(sum(p.base == "noise" for p in problem.parameters.sampled))
     w = start(problem, np.zeros(problem.parameters.size), np.zeros((len(problem.sensors), 2)))
     begun = expanded(programs[0], Point(Hypothesis(problem), lay_out(problem), w, noise))

@@ -35,8 +35,8 @@ ANEW = 4
 """Times that a fit which stopped short of its top is led on, at most: turns that bring little, one
 after the other, end it each time."""
 KEPT = "discovery-refit-*"
-"""What refits are called on the shelf, `*` standing for effects added before, the candidate, and
-whether it could be given up: one that was may be tried again, to its end."""
+"""What refits are called on the shelf, `*` standing for effects added before, the candidate, where
+it began, and whether it could be given up: one that was may be tried again, to its end."""
 BEFORE_STEPS, FIRST_STEPS = 9, 6
 """Turns that the model without the effect gets in the program of the effect, and that each effect
 gets before it is said which of them to follow first."""
@@ -79,12 +79,13 @@ class Begun(NamedTuple):
     """The first turns of a fit with an effect.
 
     - `number`: of its best candidate. - `before`: the fit without it. - `after`: how far the other
-      has come.
+      has come. - `at`: name of the effect whose fit it began at, empty where at none.
     """
 
     number: int
     before: LocalFit
     after: LocalFit
+    at: str = ""
 
     @property
     def height(self) -> float:
@@ -113,6 +114,20 @@ def lead_of(name: str, one: Refit) -> Lead:
     return Lead(name, _height(one.after) + min(one.pooled, 0.0))
 
 
+def contained(refits: Mapping[str, Refit], name: str) -> list[str]:
+    """Names of the laws that the law `name` contains, and that explain less in their fits.
+
+    A law contains another if it has all its numbers: Stribeck's friction that of Coulomb.
+    """
+    all_, most = _numbers(refits[name]), refits[name].log_bayes
+    inside = (n for n, one in refits.items() if n != name and _numbers(one) <= all_)
+    return [n for n in inside if refits[n].log_bayes < most]
+
+
+def _numbers(one: Refit) -> set[str]:
+    return {info.name for info in one.candidate.effect.parameters()}
+
+
 def worth_refitting(evidence: Mapping[str, float], alone: Mapping[str, float]) -> list[str]:
     """Names of the effects that are worth a fit in full, the best first.
 
@@ -135,11 +150,12 @@ class InitialGuess(NamedTuple):
     """Where a fit with an effect may begin in place of the fit without it.
 
     - `w` (size,): of the fit without it. - `own`: SI values of the effect's numbers, by label, that
-      go before those of its candidate.
+      go before those of its candidate. - `at`: name of the effect whose fit this is.
     """
 
     w: np.ndarray
     own: Mapping[str, float] = MappingProxyType({})
+    at: str = ""
 
 
 def guess_of(one: Refit, base: LocalFit) -> InitialGuess:
@@ -153,7 +169,8 @@ def guess_of(one: Refit, base: LocalFit) -> InitialGuess:
     hypothesis, w = one.after.hypothesis, one.after.w
     known = dict(zip(labels_of(hypothesis), w, strict=True))
     values = {label: value for label, (value, _) in hypothesis.values(w).items()}
-    return InitialGuess(np.array([known[label] for label in labels_of(base.hypothesis)]), values)
+    shared = np.array([known[label] for label in labels_of(base.hypothesis)])
+    return InitialGuess(shared, values, one.candidate.effect.name)
 
 
 def begin(fit: Fitted, found: Explained, name: str, guess: InitialGuess | None = None) -> Begun:
@@ -168,7 +185,8 @@ def begin(fit: Fitted, found: Explained, name: str, guess: InitialGuess | None =
     if any(not e.steady for e in family.effects):
         before = refined(expanded(family, Point.beside(base, base.w)), BEFORE_STEPS)
     start = _start(before, found, number, family, guess)
-    return Begun(number, before, refined(start, FIRST_STEPS) if start.finite else start)
+    after = refined(start, FIRST_STEPS) if start.finite else start
+    return Begun(number, before, after, guess.at if guess else "")
 
 
 def refit(
@@ -184,7 +202,9 @@ def refit(
     family, hypothesis = begun.after.family, begun.after.hypothesis
     known = {"base": base, "hypothesis": base.hypothesis, "extended": hypothesis, "family": family}
     known |= {one: getattr(base.layout, one) for one in ("problem", "channels", "channel", "time")}
-    name = [*_came_in(base.hypothesis), str(begun.number), *([] if lead.name else ["whole"])]
+    began = [f"at-{begun.at.replace(' ', '-')}"] if begun.at else []
+    whole = [] if lead.name else ["whole"]
+    name = [*_came_in(base.hypothesis), str(begun.number), *began, *whole]
     before, after = shelf.once(
         KEPT.replace("*", "-".join(name)),
         lambda: (begun.before, _followed(found, begun, lead.height)),
@@ -209,7 +229,7 @@ def _followed(found: Explained, begun: Begun, rival: float) -> LocalFit:
 
     - `rival`: log-posterior which it is given up below.
     """
-    number, before, after = begun
+    number, before, after = begun.number, begun.before, begun.after
     starts = [after]
     starts += [
         _start(before, found, number, after.family, InitialGuess(w)) for w in nearer_priors(before)

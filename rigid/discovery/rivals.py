@@ -2,7 +2,15 @@
 
 from collections.abc import Iterable, Mapping
 
-from rigid.discovery.refit import MOST, NO_LEAD, Lead, Refit, lead_of, worth_refitting
+from rigid.discovery.refit import (
+    MOST,
+    NO_LEAD,
+    Lead,
+    Refit,
+    contained,
+    lead_of,
+    worth_refitting,
+)
 from rigid.discovery.turn import Turn
 from rigid.discovery.weighing.discrepancy import beside
 from rigid.discovery.weighing.explain import UNNAMED, Explained
@@ -25,10 +33,12 @@ def fitted_in_full(turn: Turn, known: Mapping[str, Refit]) -> tuple[Odds, dict[s
 
     - `known`: fits of the few best that were made before; mostly none.
 
-    What a signature promises may vanish in the fit: then others come before it.
+    What a signature promises may vanish in the fit: then others come before it. A law that the
+    likeliest contains, and that is behind it, is fitted again from there: how far behind it is must
+    not say where its first fit ended.
     """
     found = turn.found
-    both, refits = pairs(found), dict(known)
+    both, refits, again = pairs(found), dict(known), set()
 
     def fitted() -> dict[str, float]:
         return {name: one.log_bayes for name, one in refits.items() if not one.another}
@@ -59,6 +69,10 @@ def fitted_in_full(turn: Turn, known: Mapping[str, Refit]) -> tuple[Odds, dict[s
             break
         elif more := unsure_twins(found, fitted(), first):
             refits |= turn.refits(more, _best(refits), twin=refits[first])
+        elif more := [n for n in contained(refits, first) if n not in again]:
+            again |= set(more)
+            led = turn.refits(more, _best(refits), twin=refits[first])
+            refits |= {n: max(refits[n], one, key=lambda r: r.log_bayes) for n, one in led.items()}
         else:
             break
     return said(), refits
