@@ -77,6 +77,27 @@ def test_a_gauge_at_the_end_of_its_range_says_nothing_there():
     assert found.sum() > 50
 
 
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("noise", [0.2, 0.3, 1.0])
+def test_a_rig_that_holds_below_what_a_model_says_has_not_come_to_the_end_of_a_range(noise, seed):
+    """The converter goes on to turn over; a gauge at its end stands still. Steps are 1."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(600)
+    fit = np.minimum(time, 300) / 5.0
+    truth = np.where(time > 250, 49.7 + 0.0 * time, time / 5.0)  # it holds, the model does not know
+    whole = np.round(truth + noise * rng.standard_normal(time.size))
+    cut = np.minimum(np.round(fit + noise * rng.standard_normal(time.size)), 50.0)
+    sd = np.full(time.size, np.sqrt(noise**2 + 1 / 12))
+    once = np.zeros(time.size, dtype=int)
+
+    def found(data):
+        given = Readings(data, once == 0, sd, np.ones(time.size), once, once)
+        return beyond(given, data - fit)
+
+    assert not found(whole).any()
+    np.testing.assert_array_equal(found(cut), fit > 49.5)
+
+
 @pytest.mark.slow
 def test_a_search_sets_the_same_samples_aside_and_finds_the_noise_of_the_rest():
     plain = campaign(304)

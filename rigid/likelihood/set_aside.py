@@ -25,6 +25,9 @@ MANY = 0.05
 lacks something lets all that swings within a few samples stand off."""
 ABOVE = 2.0
 """Sds by which the fit must lie above each of SATURATED_RUN equal greatest readings in a row."""
+STANDS = 0.9
+"""Share of the readings, from the first greatest one on to the last while the fit lies that far
+above them, that must be the greatest: where the rig holds still, noise goes on in the converter."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -159,7 +162,8 @@ def beyond(readings: Readings, residual: Float[np.ndarray, " n"]) -> Bool[np.nda
 
     A sensor that stands still at its greatest reading, while the fit is above it throughout, has
     come to an end there. What it reads where the fit is that high says nothing, whichever way its
-    noise fell.
+    noise fell. A rig that holds lower than a model has it, which lacks something, reads the steps
+    below as well.
     """
     data, found = readings.data, np.zeros(len(residual), dtype=bool)
     for sensor in range(readings.sensor.max(initial=-1) + 1):
@@ -171,6 +175,19 @@ def beyond(readings: Readings, residual: Float[np.ndarray, " n"]) -> Bool[np.nda
         for number in np.unique(readings.channel[stuck]):
             rows = np.flatnonzero((readings.channel == number) & readings.read)
             firsts, lasts = runs(stuck[rows])
-            if np.any(lasts - firsts + 1 >= SATURATED_RUN):
+            above = data[rows] - residual[rows] > end + ABOVE * readings.sd[rows]
+            if np.any(lasts - firsts + 1 >= SATURATED_RUN) and _stands(above, stuck[rows]):
                 found |= mine & (data - residual > end)
     return found
+
+
+def _stands(above: Bool[np.ndarray, " n"], stuck: Bool[np.ndarray, " n"]) -> bool:
+    """Whether readings stand still where the fit lies above the greatest one.
+
+    - `above`: where it does. - `stuck`: where the reading is the greatest.
+    """
+    spans = 0
+    for first, last in zip(*runs(above), strict=True):
+        there = np.flatnonzero(stuck[first : last + 1])
+        spans += int(there[-1] - there[0]) + 1 if there.size else 0
+    return int(np.sum(above & stuck)) >= STANDS * spans
