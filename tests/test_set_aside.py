@@ -84,7 +84,7 @@ def test_a_rig_that_holds_below_what_a_model_says_has_not_come_to_the_end_of_a_r
     rng = np.random.default_rng(seed)
     time = np.arange(600)
     fit = np.minimum(time, 300) / 5.0
-    truth = np.where(time > 250, 49.7 + 0.0 * time, time / 5.0)  # it holds, the model does not know
+    truth = np.where(time > 250, 49.7, time / 5.0)  # it holds, the model does not know
     whole = np.round(truth + noise * rng.standard_normal(time.size))
     cut = np.minimum(np.round(fit + noise * rng.standard_normal(time.size)), 50.0)
     sd = np.full(time.size, np.sqrt(noise**2 + 1 / 12))

@@ -2,15 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 
-from rigid.discovery.refit import (
-    MOST,
-    NO_LEAD,
-    Lead,
-    Refit,
-    contained,
-    lead_of,
-    worth_refitting,
-)
+from rigid.discovery.refit import MOST, NO_LEAD, Lead, Refit, contained, lead_of, worth_refitting
 from rigid.discovery.turn import Turn
 from rigid.discovery.weighing.discrepancy import beside
 from rigid.discovery.weighing.explain import UNNAMED, Explained
@@ -34,8 +26,8 @@ def fitted_in_full(turn: Turn, known: Mapping[str, Refit]) -> tuple[Odds, dict[s
     - `known`: fits of the few best that were made before; mostly none.
 
     What a signature promises may vanish in the fit: then others come before it. A law that the
-    likeliest contains, and that is behind it, is fitted again from there: how far behind it is must
-    not say where its first fit ended.
+    likeliest contains, and that is behind it, is fitted again from there: it may be behind for no
+    other reason than that its first fit ended in another place.
     """
     found = turn.found
     both, refits, again = pairs(found), dict(known), set()
@@ -72,10 +64,15 @@ def fitted_in_full(turn: Turn, known: Mapping[str, Refit]) -> tuple[Odds, dict[s
         elif more := [n for n in contained(refits, first) if n not in again]:
             again |= set(more)
             led = turn.refits(more, _best(refits), twin=refits[first])
-            refits |= {n: max(refits[n], one, key=lambda r: r.log_bayes) for n, one in led.items()}
+            refits |= {n: max(refits[n], one, key=_worth) for n, one in led.items()}
         else:
             break
     return said(), refits
+
+
+def _worth(one: Refit) -> tuple[bool, float]:
+    """By what the better of two fits with an effect is told: one that is a law of it goes first."""
+    return not one.another, one.log_bayes
 
 
 def _unlike(found: Explained, before: Iterable[str], names: Iterable[str]) -> list[str]:

@@ -184,10 +184,10 @@ def beyond(readings: Readings, residual: Float[np.ndarray, " n"]) -> Bool[np.nda
 def _stands(above: Bool[np.ndarray, " n"], stuck: Bool[np.ndarray, " n"]) -> bool:
     """Whether readings stand still where the fit lies above the greatest one.
 
-    - `above`: where it does. - `stuck`: where the reading is the greatest.
+    - `above`: where it does. - `stuck`: where, besides, the reading is the greatest.
     """
     spans = 0
     for first, last in zip(*runs(above), strict=True):
         there = np.flatnonzero(stuck[first : last + 1])
         spans += int(there[-1] - there[0]) + 1 if there.size else 0
-    return int(np.sum(above & stuck)) >= STANDS * spans
+    return int(stuck.sum()) >= STANDS * spans
